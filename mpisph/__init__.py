@@ -1,0 +1,3 @@
+"""Axisymmetric smoothed-particle hydrodynamics for hypervelocity impact."""
+
+__version__ = "0.1.0"

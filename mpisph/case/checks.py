@@ -1,0 +1,289 @@
+"""What one field cannot tell by itself: rules between the parts of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from mpisph.case.bodies import (
+    Body,
+    Cylinder,
+    EquationOfState,
+    Plate,
+    Sphere,
+    SphericalShell,
+    regions_overlap,
+)
+from mpisph.case.sections import Measured, Output, Resolution, Scheme, TimeStepping
+from mpisph.case.times import requested_times
+from mpisph.materials import Material, card_names
+from mpisph.materials.library import nearest_quoted
+
+__all__ = [
+    "Finding",
+    "Key",
+    "Parts",
+    "default_plate",
+    "default_reference",
+    "find_problems",
+    "find_spacing",
+]
+
+Key = tuple[str | int, ...]
+
+_MOST_SNAPSHOTS = 100_000
+
+
+class Finding(NamedTuple):
+    """A broken rule: the key to blame, what was expected, and a guess."""
+
+    key: Key
+    expected: str
+    suggestion: str | None = None
+
+
+class Parts(NamedTuple):
+    """The parts of a case, with None for each one that is itself invalid.
+
+    Rules skip what they cannot judge, so that one mistake is reported once
+    while everything else in the file is still checked.
+    """
+
+    names: Sequence[str | None]
+    material_names: Sequence[str | None]
+    bodies: Sequence[Body | None]
+    resolution: Resolution | None
+    scheme: Scheme | None
+    output: Output | None
+    measured: Measured | None
+    time: TimeStepping | None
+    materials: Mapping[str, Material | None]
+    measured_invalid: bool = False
+
+
+def default_reference(bodies: Sequence[Body | None]) -> str | None:
+    """Return the name of the first sphere or shell, or None."""
+    round_bodies = (b for b in bodies if isinstance(b, Sphere | SphericalShell))
+    return next((body.name for body in round_bodies), None)
+
+
+def default_plate(bodies: Sequence[Body | None]) -> str | None:
+    """Return the name of the first plate, or None."""
+    return next((body.name for body in bodies if isinstance(body, Plate)), None)
+
+
+def find_spacing(resolution: Resolution, bodies: Sequence[Body | None]) -> float | None:
+    """Return the particle spacing [m], or None where it is undetermined."""
+    if resolution.spacing is not None or resolution.npr is None:
+        return resolution.spacing
+    reference = resolution.reference or default_reference(bodies)
+    for body in bodies:
+        if body is not None and body.name == reference:
+            return body.reference_radius / resolution.npr
+    return None
+
+
+def find_problems(parts: Parts) -> list[Finding]:
+    """Return every broken rule, in the order of the sections.
+
+    Parameters
+    ----------
+    parts : Parts
+        The case's parts; invalid ones are None.
+
+    Returns
+    -------
+    list of Finding
+        Empty for a sound case.
+    """
+    rules = (
+        _check_names,
+        _check_sizes,
+        _check_overlaps,
+        _check_resolution,
+        _check_wall_thickness,
+        _check_materials,
+        _check_tillotson,
+        _check_measured_plate,
+        _check_time_step,
+        _check_end,
+        _check_output,
+    )
+    return [finding for rule in rules for finding in rule(parts)]
+
+
+def _check_names(parts: Parts) -> Iterator[Finding]:
+    """Require a body, and unique names."""
+    if not parts.names:
+        yield Finding(("bodies",), "at least one body is needed")
+    seen: set[str] = set()
+    for i, name in enumerate(parts.names):
+        if name is not None and name in seen:
+            yield Finding(("bodies", i, "name"), "another body has this name")
+        if name is not None:
+            seen.add(name)
+
+
+def _check_sizes(parts: Parts) -> Iterator[Finding]:
+    """Require inner radii to be less than outer radii."""
+    for i, body in enumerate(parts.bodies):
+        if body is None or body.region.inner < body.region.outer:
+            continue
+        outer = "outer_radius" if isinstance(body, SphericalShell) else "radius"
+        yield Finding(
+            ("bodies", i, "inner_radius"),
+            f"expected less than {outer} = {body.region.outer:g} m",
+        )
+
+
+def _check_overlaps(parts: Parts) -> Iterator[Finding]:
+    """Require that no two bodies occupy the same space."""
+    for j, body in enumerate(parts.bodies):
+        for other in parts.bodies[:j]:
+            if body is None or other is None:
+                continue
+            if regions_overlap(body.region, other.region):
+                yield Finding(
+                    ("bodies", j),
+                    f'the bodies "{other.name}" and "{body.name}" overlap; '
+                    "move one of them (touching is allowed)",
+                )
+
+
+def _check_resolution(parts: Parts) -> Iterator[Finding]:
+    """Require one way to give the spacing, and a known reference body."""
+    resolution = parts.resolution
+    if resolution is None:
+        return
+    if (resolution.npr is None) == (resolution.spacing is None):
+        found = "neither" if resolution.npr is None else "both"
+        yield Finding(
+            ("resolution",), f"expected one of npr and spacing, found {found}"
+        )
+    if not parts.bodies or None in parts.bodies or None in parts.names:
+        return
+    if resolution.reference is not None:
+        yield from _check_known_body(
+            ("resolution", "reference"), resolution.reference, parts.names
+        )
+    elif resolution.npr is not None and default_reference(parts.bodies) is None:
+        yield Finding(
+            ("resolution", "reference"),
+            "there is no sphere or shell: expected the name of the body whose "
+            "radius npr divides",
+        )
+
+
+def _check_known_body(
+    key: Key, name: str, names: Sequence[str | None]
+) -> Iterator[Finding]:
+    known = [other for other in names if other is not None]
+    if name not in known:
+        expected = f"expected the name of a body ({', '.join(known)})"
+        yield Finding(key, expected, nearest_quoted(name, known))
+
+
+def _check_wall_thickness(parts: Parts) -> Iterator[Finding]:
+    """Require walls in which at least one particle fits."""
+    if parts.resolution is None:
+        return
+    spacing = find_spacing(parts.resolution, parts.bodies)
+    for i, body in enumerate(parts.bodies):
+        if body is None or spacing is None:
+            continue
+        wall = body.region.outer - body.region.inner
+        # A plate gets one ring of cells at least; a round body needs a lattice point,
+        # and has one in the row nearest to its centre if the wall is a spacing thick.
+        least = 0.5 * spacing if isinstance(body, Plate | Cylinder) else spacing
+        if 0.0 < wall < least:
+            yield Finding(
+                ("bodies", i),
+                f'the wall of "{body.name}" ({wall:g} m) is thinner than the '
+                f"particle spacing ({spacing:g} m)",
+            )
+
+
+def _check_materials(parts: Parts) -> Iterator[Finding]:
+    """Require known materials."""
+    known = sorted({*card_names(), *parts.materials})
+    for i, name in enumerate(parts.material_names):
+        if name is not None and name not in known:
+            yield Finding(
+                ("bodies", i, "material"),
+                f"expected a material card or a name in [materials] "
+                f"({', '.join(known)})",
+                nearest_quoted(name, known),
+            )
+
+
+def _check_tillotson(parts: Parts) -> Iterator[Finding]:
+    """Require the constants of the Tillotson equation where it is chosen."""
+    for i, body in enumerate(parts.bodies):
+        material = parts.materials.get(body.material) if body is not None else None
+        if body is None or material is None or material.tillotson is not None:
+            continue
+        inherited: EquationOfState | None = parts.scheme.eos if parts.scheme else None
+        if (body.eos or inherited) == "tillotson":
+            key: Key = ("bodies", i, "eos") if body.eos else ("scheme", "eos")
+            yield Finding(
+                key,
+                f'"{material.name}", the material of "{body.name}", has no '
+                "Tillotson constants",
+            )
+
+
+def _check_measured_plate(parts: Parts) -> Iterator[Finding]:
+    """Require a plate for lengths to count from."""
+    if parts.measured is None or None in parts.bodies or None in parts.names:
+        return
+    plates = [body.name for body in parts.bodies if isinstance(body, Plate)]
+    name = parts.measured.plate
+    if name is None and not plates:
+        yield Finding(("measured",), "there is no plate from which to measure")
+    if name is not None and name not in plates:
+        listed = ", ".join(plates) or "there is none"
+        yield Finding(
+            ("measured", "plate"),
+            f"expected the name of a plate ({listed})",
+            nearest_quoted(name, plates),
+        )
+
+
+def _check_time_step(parts: Parts) -> Iterator[Finding]:
+    """Require the size of a fixed step."""
+    if parts.time is not None and parts.time.step == "fixed" and parts.time.dt is None:
+        yield Finding(("time", "dt"), 'step = "fixed" needs a time step dt')
+
+
+def _check_end(parts: Parts) -> Iterator[Finding]:
+    """Require an end, not before any output time."""
+    if parts.time is None or parts.output is None:
+        return
+    end = parts.time.end
+    if end is None:
+        asked = requested_times(parts.output, parts.measured)
+        if not asked and not parts.measured_invalid:
+            yield Finding(
+                ("time", "end"),
+                "required, because no output time is named (output.times or "
+                "measured.exposures)",
+            )
+        return
+    for i, time in enumerate(parts.output.times):
+        if time > end:
+            yield Finding(
+                ("output", "times", i), f"expected at most time.end = {end:g} s"
+            )
+
+
+def _check_output(parts: Parts) -> Iterator[Finding]:
+    """Require a sensible number of snapshots."""
+    if parts.output is None or parts.output.every is None or parts.time is None:
+        return
+    asked = requested_times(parts.output, parts.measured)
+    end = parts.time.end or max(asked, default=0.0)
+    if end / parts.output.every > _MOST_SNAPSHOTS:
+        yield Finding(
+            ("output", "every"),
+            f"expected at most {_MOST_SNAPSHOTS} snapshots up to {end:g} s",
+        )

@@ -1,0 +1,154 @@
+"""Reading a case from a TOML file or a dict."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from mpisph.case.checks import Key
+from mpisph.case.model import Case
+from mpisph.case.overrides import apply_override
+from mpisph.case.positions import line_numbers
+from mpisph.case.problems import Origins, case_problems
+from mpisph.errors import CaseError, Problem
+from mpisph.materials.library import nearest
+
+__all__ = ["case_from_dict", "load_case"]
+
+_TOML_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+
+
+def load_case(path: str | PathLike[str], overrides: Sequence[str] = ()) -> Case:
+    """Read a case from a TOML file.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    overrides : sequence of str
+        Changes ``key=value``, applied in their order: the key is dotted, a body
+        is meant by its index or its name, and an empty value removes the key.
+
+    Returns
+    -------
+    Case
+        The case, with all defaults and materials filled in.
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read, is no TOML, or describes no sound case; with
+        every problem, its line and what was expected.
+    """
+    file = str(path)
+    text = _read(Path(path))
+    data = _parse(text, file)
+    overridden: dict[Key, str] = {}
+    problems = []
+    for override in overrides:
+        key, problem = apply_override(data, override)
+        if problem is None:
+            overridden[key] = override
+        else:
+            problems.append(problem)
+    return _build(data, Origins(file, line_numbers(text), overridden), problems)
+
+
+def case_from_dict(data: Mapping[str, Any]) -> Case:
+    """Make a case from a dict of the form of a case file.
+
+    Parameters
+    ----------
+    data : mapping
+        What ``tomllib`` would read from a case file.
+
+    Returns
+    -------
+    Case
+        The case, with all defaults and materials filled in.
+
+    Raises
+    ------
+    CaseError
+        If the dict describes no sound case; with every problem.
+    """
+    return _build(data, Origins(None, {}, {}), [])
+
+
+def _build(data: Mapping[str, Any], origins: Origins, problems: list[Problem]) -> Case:
+    try:
+        case = Case.model_validate(data)
+    except ValidationError as error:
+        problems = problems + case_problems(data, error, origins)
+        raise CaseError(problems) from None
+    if problems:
+        raise CaseError(problems)
+    return case
+
+
+def _read(path: Path) -> str:
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise CaseError([_missing_file(path)]) from None
+    except IsADirectoryError:
+        problem = Problem("is a directory; expected a case file", file=str(path))
+        raise CaseError([problem]) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        problem = Problem(f"cannot be read: {reason}", file=str(path))
+        raise CaseError([problem]) from None
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        problem = Problem(
+            f"byte 0x{content[error.start]:02x} is no UTF-8; save the file as UTF-8",
+            file=str(path),
+            line=line,
+        )
+        raise CaseError([problem]) from None
+
+
+def _missing_file(path: Path) -> Problem:
+    others: list[str] = []
+    if path.parent.is_dir():
+        others = [other.name for other in path.parent.glob("*.toml")]
+    guess = nearest(path.name, others)
+    suggestion = str(path.with_name(guess)) if guess else None
+    return Problem("no such file", file=str(path), suggestion=suggestion)
+
+
+def _parse(text: str, file: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError([_syntax_problem(str(error), text, file)]) from None
+    except RecursionError:
+        problem = Problem("arrays or tables are nested too deeply", file=file)
+        raise CaseError([problem]) from None
+
+
+def _syntax_problem(message: str, text: str, file: str) -> Problem:
+    """Return the problem of a TOML syntax error, with the line as its value."""
+    place = _TOML_PLACE.search(message)
+    reason = _TOML_PLACE.sub("", message)
+    reason = reason[:1].lower() + reason[1:]
+    lines = text.splitlines() or [""]
+    number, column = len(lines), None
+    if place is not None and place.group(1):
+        number, column = int(place.group(1)), place.group(2)
+    shown = lines[min(number, len(lines)) - 1].strip()
+    where = f" at column {column}" if column else " at the end of the file"
+    return Problem(
+        f"this is not valid TOML: {reason}{where}",
+        file=file,
+        line=number,
+        value=f"`{shown}`" if shown else None,
+    )

@@ -1,0 +1,249 @@
+"""A case: everything that decides a run, checked and with all defaults filled in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import tomli_w
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from mpisph.case.bodies import Body, EquationOfState, Plate
+from mpisph.case.checks import (
+    Parts,
+    default_plate,
+    default_reference,
+    find_problems,
+    find_spacing,
+)
+from mpisph.case.sections import (
+    Limits,
+    Measured,
+    Output,
+    Parallel,
+    Resolution,
+    Scheme,
+    TimeStepping,
+)
+from mpisph.case.times import merge_times, periodic_times, requested_times
+from mpisph.materials import Material, card_names
+from mpisph.materials.library import card_data
+from mpisph.materials.quantities import FrozenModel
+
+__all__ = ["Case", "MaterialEntry", "merge_materials"]
+
+
+class MaterialEntry(NamedTuple):
+    """A material together with the equation of state that a body uses it with."""
+
+    material: Material
+    eos: EquationOfState
+
+
+class Case(FrozenModel):
+    """One run of the program.
+
+    Build it with `load_case` or `case_from_dict`, whose errors are for people.
+    A case is complete: references, the end of the run and the materials are
+    resolved when it is made.
+    """
+
+    title: str
+    """What the case is, in one line."""
+    bodies: tuple[Body, ...]
+    """The bodies, in the order in which their particles are numbered."""
+    resolution: Resolution
+    """Particle spacing and smoothing length."""
+    scheme: Scheme = Scheme()
+    """The equations and their switches."""
+    output: Output = Output()
+    """What is written, and when."""
+    measured: Measured | None = None
+    """Measurements to compare with."""
+    time: TimeStepping = Field(default=TimeStepping(), validate_default=True)
+    """Duration and time step."""
+    limits: Limits = Limits()
+    """Limits beyond which a run counts as unstable."""
+    parallel: Parallel = Parallel()
+    """How the particles are shared among the ranks."""
+    materials: dict[str, Material] = Field(default_factory=dict)
+    """Materials by name; a partial one takes the rest from the card of its name."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _embed_cards(cls, data: Any) -> Any:
+        """Put the cards that the bodies name beside the case's own materials."""
+        if not isinstance(data, Mapping):
+            return data
+        return {**data, "materials": merge_materials(data)}
+
+    @field_validator("resolution")
+    @classmethod
+    def _name_reference(cls, value: Resolution, info: ValidationInfo) -> Resolution:
+        """Fill in the body whose radius `npr` divides."""
+        if value.npr is None or value.reference is not None:
+            return value
+        name = default_reference(info.data.get("bodies", ()))
+        return value.model_copy(update={"reference": name})
+
+    @field_validator("measured")
+    @classmethod
+    def _name_plate(
+        cls, value: Measured | None, info: ValidationInfo
+    ) -> Measured | None:
+        """Fill in the plate from which lengths count."""
+        if value is None or value.plate is not None:
+            return value
+        name = default_plate(info.data.get("bodies", ()))
+        return value.model_copy(update={"plate": name})
+
+    @field_validator("time")
+    @classmethod
+    def _fill_end(cls, value: TimeStepping, info: ValidationInfo) -> TimeStepping:
+        """Let the run end with the last output time that is named."""
+        if value.end is not None or not {"output", "measured"} <= info.data.keys():
+            return value
+        times = requested_times(info.data["output"], info.data["measured"])
+        return value.model_copy(update={"end": max(times, default=None)})
+
+    @field_validator("materials")
+    @classmethod
+    def _keep_used(
+        cls, value: dict[str, Material], info: ValidationInfo
+    ) -> dict[str, Material]:
+        """Keep the materials of the bodies, in the order of their first use."""
+        used = dict.fromkeys(body.material for body in info.data.get("bodies", ()))
+        return {name: value[name] for name in used if name in value}
+
+    @model_validator(mode="after")
+    def _check_rules(self) -> Case:
+        """Check the rules between the parts."""
+        parts = Parts(
+            names=[body.name for body in self.bodies],
+            material_names=[body.material for body in self.bodies],
+            bodies=self.bodies,
+            resolution=self.resolution,
+            scheme=self.scheme,
+            output=self.output,
+            measured=self.measured,
+            time=self.time,
+            materials=self.materials,
+        )
+        findings = find_problems(parts)
+        if findings:
+            lines = (f"{'.'.join(map(str, f.key))}: {f.expected}" for f in findings)
+            raise ValueError("\n".join(lines))
+        return self
+
+    @property
+    def spacing(self) -> float:
+        """Initial particle spacing dx [m]."""
+        spacing = find_spacing(self.resolution, self.bodies)
+        assert spacing is not None, "a checked case has a spacing"
+        return spacing
+
+    @property
+    def smoothing_length(self) -> float:
+        """Initial smoothing length h0 = nph dx [m]."""
+        return self.resolution.nph * self.spacing
+
+    @property
+    def end_time(self) -> float:
+        """Time at which the run ends [s]; the same as ``time.end``."""
+        assert self.time.end is not None, "a checked case has an end"
+        return self.time.end
+
+    @property
+    def output_times(self) -> tuple[float, ...]:
+        """Times of all snapshots in (0, end] [s], sorted; the last is the end."""
+        end = self.end_time
+        times = requested_times(self.output, self.measured)
+        return merge_times(times + periodic_times(self.output.every, end), end)
+
+    @property
+    def measured_plate(self) -> Plate | None:
+        """Plate from whose rear face lengths count, if there are measurements."""
+        name = self.measured.plate if self.measured else None
+        plates = (body for body in self.bodies if isinstance(body, Plate))
+        return next((plate for plate in plates if plate.name == name), None)
+
+    @property
+    def material_table(self) -> tuple[MaterialEntry, ...]:
+        """Distinct pairs of material and equation of state, in order of first use."""
+        pairs = dict.fromkeys(self._material_key(body) for body in self.bodies)
+        return tuple(MaterialEntry(self.materials[name], eos) for name, eos in pairs)
+
+    @property
+    def material_indices(self) -> tuple[int, ...]:
+        """Index into `material_table` of every body."""
+        keys = [self._material_key(body) for body in self.bodies]
+        order = list(dict.fromkeys(keys))
+        return tuple(order.index(key) for key in keys)
+
+    def body_material(self, body: Body) -> Material:
+        """Return the material of a body."""
+        return self.materials[body.material]
+
+    def to_toml(self) -> str:
+        """Return the case as TOML: every default written, SI, materials embedded.
+
+        Loading the text gives an equal case.
+        """
+        text = tomli_w.dumps(self.model_dump(exclude_none=True))
+        return f"# A complete case: SI units, every default written out.\n\n{text}"
+
+    def _material_key(self, body: Body) -> tuple[str, EquationOfState]:
+        return body.material, body.eos or self.scheme.eos
+
+
+def merge_materials(data: Mapping[str, Any]) -> Any:
+    """Return the raw materials of a case with the cards they rest on.
+
+    Parameters
+    ----------
+    data : mapping
+        The case as read from TOML, not yet checked.
+
+    Returns
+    -------
+    dict
+        Raw tables by name: cards that bodies name, and the case's own tables. A
+        table that gives every required constant stands by itself; another one
+        changes single constants of the card of its name. What is malformed is
+        left as it is, for the model to refuse.
+    """
+    own = data.get("materials", {})
+    bodies = data.get("bodies", ())
+    if not isinstance(own, Mapping):
+        return own
+    wanted = {_material_name(body) for body in _sequence(bodies)} - set(own)
+    merged: dict[str, Any] = {
+        name: card_data(name) for name in card_names() if name in wanted
+    }
+    for name, table in own.items():
+        merged[name] = _complete_table(name, table)
+    return merged
+
+
+def _complete_table(name: str, table: Any) -> Any:
+    if not isinstance(table, Mapping):
+        return table
+    fields = Material.model_fields.items()
+    required = {key for key, field in fields if field.is_required()}
+    if required <= table.keys() or name not in card_names():
+        return {**table, "name": name}
+    card = card_data(name)
+    merged = {**card, **table}
+    if isinstance(table.get("tillotson"), Mapping):
+        merged["tillotson"] = {**card.get("tillotson", {}), **table["tillotson"]}
+    return merged
+
+
+def _sequence(value: Any) -> list[Any] | tuple[Any, ...]:
+    return value if isinstance(value, list | tuple) else ()
+
+
+def _material_name(body: Any) -> str | None:
+    name = body.get("material") if isinstance(body, Mapping) else None
+    name = getattr(body, "material", name)
+    return name if isinstance(name, str) else None

@@ -1,0 +1,251 @@
+"""Mistakes in a case, turned into sentences with a place and a suggestion."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
+
+from mpisph.case.bodies import Body
+from mpisph.case.checks import Finding, Key, Parts, find_problems
+from mpisph.case.model import Case, merge_materials
+from mpisph.case.schema import field_schema
+from mpisph.errors import Problem
+from mpisph.materials import Material, card_names
+from mpisph.materials.library import nearest, nearest_quoted
+
+__all__ = ["Origins", "case_problems"]
+
+_LONGEST_VALUE = 60
+
+_BOUNDS = {
+    "greater_than": ("gt", "more than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "at most"),
+}
+_TYPES = {
+    "bool_type": "expected true or false",
+    "int_type": "expected a whole number",
+    "string_type": "expected a string",
+    "tuple_type": "expected an array",
+    "dict_type": "expected a table",
+    "model_type": "expected a table",
+    "model_attributes_type": "expected a table",
+    "string_pattern_mismatch": (
+        "expected letters, digits, - and _, beginning with a letter"
+    ),
+}
+
+
+class Origins(NamedTuple):
+    """Where the keys of a case come from.
+
+    Attributes
+    ----------
+    file : str or None
+        The case file, for people.
+    lines : dict
+        Line of each key of the file.
+    overrides : dict
+        Override, as the user typed it, of each key that was overridden.
+    """
+
+    file: str | None
+    lines: Mapping[Key, int]
+    overrides: Mapping[Key, str]
+
+    def place(self, key: Key) -> tuple[str | None, int | None]:
+        """Return file and line of the nearest enclosing key.
+
+        An override stands for the file, and has no line.
+        """
+        if key not in self.lines:
+            for changed, text in self.overrides.items():
+                # The override has made this table on the way to its own key.
+                if changed[: len(key)] == key:
+                    return f"--set {text}", None
+        for length in range(len(key), 0, -1):
+            prefix = key[:length]
+            if prefix in self.overrides:
+                return f"--set {self.overrides[prefix]}", None
+            if prefix in self.lines:
+                return self.file, self.lines[prefix]
+        return self.file, None
+
+
+def case_problems(
+    data: Mapping[str, Any], error: ValidationError, origins: Origins
+) -> list[Problem]:
+    """Return everything that is wrong with a raw case.
+
+    Parameters
+    ----------
+    data : mapping
+        The case as read from TOML, with overrides applied.
+    error : ValidationError
+        What the case model found.
+    origins : Origins
+        Where the keys come from.
+
+    Returns
+    -------
+    list of Problem
+        Mistakes in single fields and broken rules between the parts, by line.
+    """
+    details = [detail for detail in error.errors() if detail["loc"]]
+    findings = _field_findings(details, data)
+    findings += find_problems(_valid_parts(data))
+    problems = [_as_problem(finding, data, origins) for finding in findings]
+    return sorted(problems, key=lambda problem: problem.line or 0)
+
+
+def _as_problem(finding: Finding, data: Any, origins: Origins) -> Problem:
+    file, line = origins.place(finding.key)
+    return Problem(
+        expected=finding.expected,
+        file=file,
+        line=line,
+        key=".".join(map(str, finding.key)),
+        value=_value_text(data, finding.key),
+        suggestion=finding.suggestion,
+    )
+
+
+def _value_text(data: Any, key: Key) -> str | None:
+    """Return the value at a key as it stands in the file; None for a whole table."""
+    for step in key:
+        try:
+            data = data[step]
+        except (KeyError, IndexError, TypeError):
+            return None
+    if isinstance(data, Mapping | list | tuple):
+        return None
+    if isinstance(data, str | bool):
+        text = json.dumps(data, ensure_ascii=False)
+    else:
+        text = str(data)
+    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+
+
+def _field_findings(details: list[ErrorDetails], data: Any) -> list[Finding]:
+    """Translate the model's errors; an incomplete material makes one finding."""
+    findings: dict[Key, Finding] = {}
+    missing: dict[str, list[str]] = {}
+    for detail in details:
+        finding = _translate(detail, data)
+        key = finding.key
+        if detail["type"] == "missing" and key[0] == "materials" and len(key) == 3:
+            missing.setdefault(str(key[1]), []).append(str(key[2]))
+        else:
+            findings.setdefault(key, finding)
+    incomplete = [_incomplete_material(name, keys) for name, keys in missing.items()]
+    return [*findings.values(), *incomplete]
+
+
+def _incomplete_material(name: str, missing: list[str]) -> Finding:
+    return Finding(
+        ("materials", name),
+        f"{', '.join(missing)} missing; only a table with the name of a card "
+        f"({', '.join(card_names())}) may leave constants out",
+        nearest_quoted(name, card_names()),
+    )
+
+
+def _translate(detail: ErrorDetails, data: Any) -> Finding:
+    """Turn one error of the model into a finding."""
+    kind, context = detail["type"], detail.get("ctx", {})
+    key = _raw_key(detail["loc"])
+    if kind == "missing":
+        return Finding(key, _required(field_schema(key, data)))
+    if kind == "extra_forbidden":
+        known = field_schema(key[:-1], data).get("properties", {})
+        guess = nearest(str(key[-1]), known)
+        listed = "" if guess else f"; expected one of {', '.join(known)}"
+        return Finding(key, f"unknown key{listed}", guess)
+    if kind in {"union_tag_not_found", "union_tag_invalid"}:
+        return _shape_finding(key, data, context.get("tag"))
+    if kind == "literal_error":
+        choices = re.findall(r"'([^']*)'", context["expected"])
+        guess = nearest_quoted(str(detail["input"]), choices)
+        return Finding(key, f"expected {_choice(choices)}", guess)
+    if kind in _BOUNDS:
+        name, words = _BOUNDS[kind]
+        unit = field_schema(key, data).get("unit", "1")
+        bound = f"{context[name]:g}" + ("" if unit == "1" else f" {unit}")
+        return Finding(key, f"expected {words} {bound}")
+    if kind == "value_error":
+        return Finding(key, str(context["error"]))
+    return Finding(key, _TYPES.get(kind, detail["msg"]))
+
+
+def _raw_key(location: tuple[int | str, ...]) -> Key:
+    """Drop the shape that pydantic puts behind the index of a body."""
+    if location[:1] == ("bodies",) and len(location) > 2:
+        return (*location[:2], *location[3:])
+    return location
+
+
+def _required(field: Mapping[str, Any]) -> str:
+    description = field.get("description", "").rstrip(".")
+    unit = field.get("unit")
+    text = f"required: {description}" if description else "required"
+    return text if unit in {None, "1"} else f"{text} [{unit}]"
+
+
+def _shape_finding(key: Key, data: Any, shape: object) -> Finding:
+    mapping = field_schema(("bodies",), data)["items"]["discriminator"]["mapping"]
+    expected = f"expected {_choice(list(mapping))}"
+    if shape is None:
+        return Finding((*key, "shape"), f"required: {expected}")
+    return Finding((*key, "shape"), expected, nearest_quoted(str(shape), mapping))
+
+
+def _choice(choices: list[str]) -> str:
+    return " or ".join(f'"{choice}"' for choice in choices)
+
+
+def _valid_parts(data: Mapping[str, Any]) -> Parts:
+    """Return the parts of a raw case that are valid by themselves."""
+    bodies = data.get("bodies")
+    if not isinstance(bodies, list | tuple):
+        bodies = [None]
+    measured = _section(data, "measured")
+    materials = merge_materials(data)
+    if not isinstance(materials, Mapping):
+        materials = {}
+    return Parts(
+        names=[_string(body, "name") for body in bodies],
+        material_names=[_string(body, "material") for body in bodies],
+        bodies=[_valid(Body, body) for body in bodies],
+        resolution=_section(data, "resolution"),
+        scheme=_section(data, "scheme"),
+        output=_section(data, "output"),
+        measured=measured,
+        time=_section(data, "time"),
+        materials={name: _valid(Material, m) for name, m in materials.items()},
+        measured_invalid="measured" in data and measured is None,
+    )
+
+
+def _section(data: Mapping[str, Any], name: str) -> Any:
+    field = Case.model_fields[name]
+    if name not in data:
+        return None if field.is_required() else field.get_default()
+    return _valid(field.annotation, data[name])
+
+
+def _valid(annotation: Any, value: Any) -> Any:
+    try:
+        return TypeAdapter(annotation).validate_python(value)
+    except ValidationError:
+        return None
+
+
+def _string(table: Any, key: str) -> str | None:
+    value = table.get(key) if isinstance(table, Mapping) else None
+    return value if isinstance(value, str) else None

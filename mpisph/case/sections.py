@@ -1,0 +1,185 @@
+"""The sections of a case beside its bodies: numbers, switches and limits."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from mpisph.case.bodies import EquationOfState
+from mpisph.materials.quantities import (
+    Count,
+    Flag,
+    FrozenModel,
+    Identifier,
+    NonNegative,
+    Positive,
+    PositiveLength,
+    PositiveTime,
+    Quantity,
+    TensionLimit,
+    Time,
+)
+
+__all__ = [
+    "Exposure",
+    "Heat",
+    "Limits",
+    "Measured",
+    "Output",
+    "Parallel",
+    "PressureLimit",
+    "Resolution",
+    "Scheme",
+    "TimeStepping",
+    "Viscosity",
+]
+
+_Fraction = Annotated[float, Field(gt=0, le=1), Quantity("")]
+
+
+class Resolution(FrozenModel):
+    """Particle spacing and smoothing length; give either `npr` or `spacing`."""
+
+    npr: Count | None = None
+    """Number of particles along the radius of the reference body."""
+    reference: Identifier | None = None
+    """Body whose radius npr divides; by default the first sphere or shell."""
+    spacing: PositiveLength | None = None
+    """Particle spacing, instead of npr."""
+    nph: Positive = 2.0
+    """Initial smoothing length over particle spacing."""
+
+
+class Viscosity(FrozenModel):
+    """Artificial viscosity (R5)."""
+
+    alpha: NonNegative = 2.5
+    """Coefficient of the term linear in velocity."""
+    beta: NonNegative = 2.5
+    """Coefficient of the term quadratic in velocity."""
+    epsilon: NonNegative = 0.001
+    """Fraction of h^2 that keeps the denominator from vanishing."""
+    form: Literal["derived", "printed"] = "derived"
+    """Ring-averaged form, or eq (12) as the source paper prints it."""
+
+
+class Heat(FrozenModel):
+    """Artificial heat conduction (R6)."""
+
+    enabled: Flag = True
+    """Whether to conduct artificial heat."""
+    g1: NonNegative = 0.5
+    """Coefficient of the term with the sound speed."""
+    g2: NonNegative = 1.0
+    """Coefficient of the term with the rate of compression."""
+
+
+class PressureLimit(FrozenModel):
+    """Minimum tensile pressure (R9)."""
+
+    value: TensionLimit = 0.0
+    """Lowest pressure allowed; -inf for no limit."""
+    mode: Literal["clamp", "zero", "off"] = "clamp"
+    """What a lower pressure becomes: the limit, zero, or left as it is."""
+
+
+class Scheme(FrozenModel):
+    """The equations and their switches."""
+
+    self_term: Flag = True
+    """Whether a ring interacts with itself (R1)."""
+    kappa: Annotated[float, Field(gt=1, le=4), Quantity("")] = 3.0
+    """Cut-off radius of the kernel over the smoothing length (R1)."""
+    eos: EquationOfState = "mie-grueneisen"
+    """Equation of state (R8)."""
+    strength: Literal["elastic-plastic", "none"] = "elastic-plastic"
+    """Strength model (R7)."""
+    viscosity: Viscosity = Viscosity()
+    """Artificial viscosity (R5)."""
+    heat: Heat = Heat()
+    """Artificial heat conduction (R6)."""
+    p_min: PressureLimit = PressureLimit()
+    """Minimum tensile pressure (R9)."""
+    smoothing: Literal["axisymmetric", "classic", "fixed"] = "axisymmetric"
+    """Evolution of the smoothing length (R10)."""
+    sound_speed_floor: _Fraction = 0.01
+    """Lowest sound speed, as a fraction of the bulk sound speed (R8)."""
+
+
+class TimeStepping(FrozenModel):
+    """Duration and time step (R11)."""
+
+    end: PositiveTime | None = None
+    """Time at which the run ends; by default the last requested output time."""
+    step: Literal["automatic", "fixed"] = "automatic"
+    """Step from the stability limits, or always `dt`."""
+    cfl: _Fraction = 0.3
+    """Fraction of the stability limits that an automatic step takes."""
+    dt: PositiveTime | None = None
+    """The fixed step; with automatic steps an upper limit of the first one."""
+
+
+class Output(FrozenModel):
+    """What is written, and when."""
+
+    times: tuple[PositiveTime, ...] = ()
+    """Times of snapshots."""
+    every: PositiveTime | None = None
+    """Interval of further snapshots."""
+    history_every: Count = 1
+    """Steps between two lines of the history."""
+    figures: Flag = True
+    """Whether to draw figures."""
+
+
+class Exposure(FrozenModel):
+    """One exposure of an experiment's debris cloud."""
+
+    time: PositiveTime
+    """Nominal time of the exposure."""
+    radius: PositiveLength | None = None
+    """Measured largest radius R_b of the cloud."""
+    length: PositiveLength | None = None
+    """Measured length L_b of the cloud, from the plate's original rear face."""
+    source: str
+    """Where the measurement comes from."""
+
+
+class Measured(FrozenModel):
+    """Measurements to compare with, and how the cloud is measured (R12)."""
+
+    clock_offset: Time = 0.0
+    """Time to add to the nominal exposure times, counted from first contact."""
+    plate: Identifier | None = None
+    """Plate whose rear face L_b counts from; by default the first plate."""
+    min_velocity_fraction: NonNegative = 0.1
+    """Debris is what moves faster along z than this fraction of the impact velocity."""
+    quantile: _Fraction = 0.99
+    """Mass quantile of the robust measures, which a stray particle does not set."""
+    exposures: tuple[Exposure, ...] = ()
+    """The exposures."""
+
+
+class Limits(FrozenModel):
+    """Limits beyond which a run counts as unstable."""
+
+    energy_drift: Positive = 0.05
+    """Change of the total energy, relative to its initial value."""
+    density_ratio_max: Positive = 20.0
+    """Largest density over the reference density."""
+    density_ratio_min: Positive = 1e-9
+    """Smallest density over the reference density."""
+    energy_ratio_max: Positive = 50.0
+    """Specific internal energy over the largest initial specific kinetic energy."""
+    step_ratio_min: Positive = 1e-4
+    """Smallest time step over the first one."""
+
+
+class Parallel(FrozenModel):
+    """How the particles are shared among the ranks."""
+
+    rebalance_every: Count = 10
+    """Steps between two looks at the load."""
+    imbalance_threshold: NonNegative = 0.1
+    """Excess of the largest load over the mean that calls for new slabs."""

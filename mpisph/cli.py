@@ -1,0 +1,162 @@
+"""The command line: ``mpisph run``, ``mpisph schema``, ``mpisph figures``.
+
+Every rank runs the same commands; rank 0 alone speaks. Exit codes: 0 done, 2 bad
+input, 3 unstable run, 1 anything else. An unforeseen exception on one rank ends all.
+"""
+
+import json
+import os
+import sys
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn, TypeVar
+
+import click
+from mpi4py import MPI
+from rich.console import Console
+
+from mpisph import __version__
+from mpisph.case import Case, case_schema, load_case
+from mpisph.errors import CaseError, MpisphError
+from mpisph.estimate import estimate
+
+BAD_INPUT = 2
+UNSTABLE = 3
+
+T = TypeVar("T")
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="mpisph")
+def cli() -> None:
+    """Axisymmetric SPH for hypervelocity impact; mpirun starts it on many ranks."""
+
+
+@cli.command("run")
+@click.argument("case_file", metavar="CASE", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder of the run.  [default: runs/<name of the case file>]",
+)
+@click.option(
+    "--set",
+    "overrides",
+    metavar="KEY=VALUE",
+    multiple=True,
+    help="Override a key of the case, such as --set resolution.npr=20 (repeatable).",
+)
+@click.option("--dry-run", is_flag=True, help="Check the case, print its size, stop.")
+def run_command(
+    case_file: Path, output: Path | None, overrides: tuple[str, ...], dry_run: bool
+) -> None:
+    """Run the case file CASE (TOML) and write its files into a folder."""
+    comm = MPI.COMM_WORLD
+    case = on_root_or_raise(comm, lambda: load_case(case_file, overrides))
+    if dry_run:
+        click.echo(estimate(case, comm.size).text())
+        return
+    run_case(case, comm, output or Path("runs") / case_file.stem)
+
+
+def run_case(case: Case, comm: MPI.Intracomm, folder: Path) -> None:
+    """Run a case, print how it ended, and exit with code 3 if unstable."""
+    from mpisph.result import comparison_table
+    from mpisph.run import run
+
+    result = run(case, comm, folder)
+    console = Console(width=None if sys.stdout.isatty() else 110)
+    if comm.rank == 0:
+        if result.comparisons:
+            console.print(comparison_table(result))
+        c, t = result.conservation, result.timing
+        console.print(
+            f"{result.status}: {result.particles} particles, {t.steps} steps in "
+            f"{t.wall:.2f} s on {t.ranks} ranks ({t.interaction_ns:.1f} ns per "
+            f"interaction); energy error {c.energy_error_max:.1e}, axial momentum "
+            f"{abs(c.momentum_z_error):.1e}\nfiles in {folder}",
+            highlight=False,
+            soft_wrap=True,
+        )
+        if result.status == "unstable":
+            text = f"unstable ({result.reason}) at step {result.step}: {result.detail}"
+            click.echo(text, err=True)
+    if result.status == "unstable":
+        raise click.exceptions.Exit(UNSTABLE)
+
+
+@cli.command("schema")
+def schema_command() -> None:
+    """Print the JSON schema of the case file."""
+    click.echo(json.dumps(case_schema(), indent=2))
+
+
+@cli.command("figures")
+@click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
+def figures_command(folder: Path) -> None:
+    """Draw the figures of the run folder RUN again."""
+    from mpisph.figures import draw_run
+
+    comm = MPI.COMM_WORLD
+    for path in on_root_or_raise(comm, lambda: draw_run(folder)):
+        click.echo(path)
+
+
+def on_root_or_raise(comm: MPI.Intracomm, action: Callable[[], T]) -> T:
+    """Do something on rank 0 and hand its result, or its error, to all ranks.
+
+    Raises
+    ------
+    MpisphError, OSError
+        On all ranks, what the action raised.
+    """
+    outcome: T | MpisphError | OSError | None = None
+    if comm.rank == 0:
+        try:
+            outcome = action()
+        except (MpisphError, OSError) as error:
+            outcome = error
+    outcome = comm.bcast(outcome)
+    if isinstance(outcome, MpisphError | OSError):
+        raise outcome
+    return outcome
+
+
+def _end_all_ranks(
+    kind: type[BaseException], error: BaseException, trace: object
+) -> None:
+    """Print the traceback and end every rank: the others would wait for ever."""
+    text = "".join(traceback.format_exception(error))
+    sys.stderr.write(f"rank {MPI.COMM_WORLD.rank}:\n{text}")
+    sys.stderr.flush()
+    MPI.COMM_WORLD.Abort(1)
+
+
+def main() -> NoReturn:
+    """Run the command line; the entry point of ``mpisph``."""
+    sys.excepthook = _end_all_ranks
+    first = MPI.COMM_WORLD.rank == 0
+    if not first:
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")
+    sys.exit(_run(first))
+
+
+def _run(first: bool) -> int:
+    """Run the command line and return its exit code, the same on all ranks."""
+    try:
+        code = cli.main(prog_name="mpisph", standalone_mode=False)
+    except click.ClickException as error:
+        if first:
+            error.show()
+        return error.exit_code
+    except CaseError as error:
+        if first:
+            click.echo(f"mpisph: {error}", err=True)
+        return BAD_INPUT
+    except (MpisphError, OSError) as error:
+        if first:
+            click.echo(f"mpisph: {error}", err=True)
+        return 1
+    return code if isinstance(code, int) else 0

@@ -1,0 +1,55 @@
+"""Compile every jitted function once, and let all ranks load the result.
+
+Ranks that compile at the same time can spoil Numba's disk cache, and would each spend
+the same half minute. So rank 0 goes first, then one rank of each node (whose cache may
+be its own), then the others.
+"""
+
+from mpi4py import MPI
+
+from mpisph.case import case_from_dict
+from mpisph.simulation import advance, rebalance, start, survey
+
+TINY = {
+    "title": "two plates, to compile with",
+    "bodies": [
+        {
+            "name": name,
+            "shape": "plate",
+            "material": "al-lee2003",
+            "thickness": 2e-3,
+            "radius": 3e-3,
+            "position": position,
+            "velocity": velocity,
+        }
+        for name, position, velocity in (("flyer", -2e-3, 100.0), ("target", 0.0, 0.0))
+    ],
+    "resolution": {"spacing": 1e-3},
+    "time": {"end": 1e-6},
+}
+
+
+def warm_up(comm: MPI.Intracomm) -> None:
+    """Compile, or load from the disk cache, all that a run calls.
+
+    Parameters
+    ----------
+    comm : MPI.Intracomm
+        Collective over it.
+    """
+    node = comm.Split_type(MPI.COMM_TYPE_SHARED, key=comm.rank)
+    turn = 0 if comm.rank == 0 else 1 if node.rank == 0 else 2
+    node.Free()
+    for now in range(3):
+        if now == turn:
+            _run_tiny_case()
+        comm.Barrier()
+
+
+def _run_tiny_case() -> None:
+    """Make two steps of a tiny case on this rank alone."""
+    sim = start(case_from_dict(TINY), MPI.COMM_SELF)
+    for _ in range(2):
+        found = survey(sim)
+        advance(sim, 1e-10, found.claims)
+        rebalance(sim, found.work)

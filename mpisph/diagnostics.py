@@ -1,0 +1,331 @@
+"""What is conserved, and the size of the debris cloud (R12)."""
+
+import math
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from mpi4py import MPI
+
+from mpisph.case import Case
+from mpisph.case.bodies import Plate
+from mpisph.case.sections import Exposure, Measured
+from mpisph.collectives import gather_all
+from mpisph.particles import FloatArray, IntArray, Particles
+
+TOTALS = ("mass", "momentum_z", "kinetic_energy", "internal_energy")
+"""Rows of `totals`."""
+
+CloudFigure = Literal["outermost", "robust"]
+"""Which figure of a cloud is meant: its outermost particle's, or the quantile."""
+
+
+class CloudDefinition(NamedTuple):
+    """Which particles form the cloud, and where the robust measure cuts.
+
+    Attributes
+    ----------
+    rear : float
+        Original axial position of the plate's rear face [m].
+    min_velocity : float
+        The cloud moves faster than this along z [m/s]. The lip of the hole
+        stands behind the plate as well, but hardly moves axially.
+    quantile : float
+        Fraction of the cloud's mass within the robust measures.
+    """
+
+    rear: float
+    min_velocity: float
+    quantile: float
+
+
+class CloudMeasure(NamedTuple):
+    """Size and motion of the cloud; all zero where there is none.
+
+    Attributes
+    ----------
+    radius : float
+        R_b, the largest radius [m].
+    length : float
+        L_b, from the plate's original rear face to the foremost particle [m].
+    radius_robust : float
+        Radius that the given fraction of the mass lies within [m].
+    length_robust : float
+        Length that the given fraction of the mass lies within [m].
+    front_velocity : float
+        Axial velocity of the foremost particle [m/s].
+    mass : float
+        [kg].
+    """
+
+    radius: float
+    length: float
+    radius_robust: float
+    length_robust: float
+    front_velocity: float
+    mass: float
+
+
+class CloudErrors(NamedTuple):
+    """Errors of the computed cloud relative to the measured one.
+
+    Attributes
+    ----------
+    radius, length : float or None
+        Computed over measured, less one; None where nothing was measured.
+    """
+
+    radius: float | None
+    length: float | None
+
+
+class ConservationErrors(NamedTuple):
+    """Changes of the totals since the start, relative to their initial values.
+
+    Attributes
+    ----------
+    mass, momentum_z, energy : float
+    """
+
+    mass: float
+    momentum_z: float
+    energy: float
+
+
+def totals(particles: Particles) -> FloatArray:
+    """Return what each particle adds to the totals, to be summed reproducibly.
+
+    Parameters
+    ----------
+    particles : Particles
+        Owned particles.
+
+    Returns
+    -------
+    ndarray of float64, shape (len(TOTALS), n)
+        Mass [kg], axial momentum [kg m/s], kinetic and internal energy [J].
+    """
+    p = particles
+    kinetic = 0.5 * p.m * (p.u_r * p.u_r + p.u_z * p.u_z)
+    return np.stack([p.m, p.m * p.u_z, kinetic, p.m * p.E])
+
+
+def conservation_errors(
+    initial: Sequence[float] | FloatArray, now: Sequence[float] | FloatArray
+) -> ConservationErrors:
+    """Compare totals with the initial ones.
+
+    A system that is at rest as a whole has no momentum to compare with; its
+    error is then relative to ``sqrt(2 M T)``, the momentum that its mass would
+    have if all of its energy moved it one way.
+
+    Parameters
+    ----------
+    initial, now : sequence of float, shape (len(TOTALS),)
+        Sums of the rows of `totals`.
+
+    Returns
+    -------
+    ConservationErrors
+    """
+    mass, momentum, kinetic, internal = (float(x) for x in initial)
+    energy = kinetic + internal
+    scale = math.sqrt(2.0 * mass * abs(energy))
+    # Rounding leaves a system at rest some 1e-16 of that momentum.
+    momentum_scale = abs(momentum) if abs(momentum) > 1e-9 * scale else scale
+    return ConservationErrors(
+        _ratio(float(now[0]) - mass, mass),
+        _ratio(float(now[1]) - momentum, momentum_scale),
+        _ratio(float(now[2]) + float(now[3]) - energy, abs(energy)),
+    )
+
+
+def _ratio(change: float, scale: float) -> float:
+    """Return the relative change, zero where there was and is nothing."""
+    if change == 0.0:
+        return 0.0
+    return change / scale if scale > 0.0 else math.inf
+
+
+def rear_face(case: Case) -> float:
+    """Return the original axial position of the plate's rear face [m].
+
+    Parameters
+    ----------
+    case : Case
+        The plate is the one that its measurements name; without any, it is the
+        slowest one, which is the target.
+
+    Returns
+    -------
+    float
+        Infinite where there is no plate: nothing lies behind it.
+    """
+    plates = [body for body in case.bodies if isinstance(body, Plate)]
+    if case.measured is not None:
+        plates = [plate for plate in plates if plate.name == case.measured.plate]
+    slowest = min(plates, key=lambda plate: plate.velocity, default=None)
+    return math.inf if slowest is None else slowest.rear_face
+
+
+def impact_velocity(case: Case) -> float:
+    """Return the largest difference between the velocities of two bodies [m/s]."""
+    velocities = [body.velocity for body in case.bodies]
+    return max(velocities) - min(velocities)
+
+
+def cloud_definition(case: Case) -> CloudDefinition:
+    """Return which particles of a case form its cloud.
+
+    Parameters
+    ----------
+    case : Case
+        Without measurements, their defaults say what the cloud is.
+
+    Returns
+    -------
+    CloudDefinition
+    """
+    measured = case.measured or Measured()
+    min_velocity = measured.min_velocity_fraction * impact_velocity(case)
+    return CloudDefinition(rear_face(case), min_velocity, measured.quantile)
+
+
+def in_cloud(
+    z: FloatArray, u_z: FloatArray, definition: CloudDefinition
+) -> npt.NDArray[np.bool_]:
+    """Say which particles are in the cloud, shape (n,)."""
+    return (z > definition.rear) & (u_z > definition.min_velocity)
+
+
+def local_extent(p: Particles, definition: CloudDefinition) -> tuple[float, float]:
+    """Return the largest radius and the length of the cloud on this rank.
+
+    Parameters
+    ----------
+    p : Particles
+        Owned particles; may be none.
+    definition : CloudDefinition
+
+    Returns
+    -------
+    tuple of float
+        R_b and L_b by the outermost particles [m]; zero without a cloud. Their maxima
+        over the ranks are those of the run.
+    """
+    cloud = in_cloud(p.z, p.u_z, definition)
+    if not cloud.any():
+        return 0.0, 0.0
+    return float(p.r[cloud].max()), float(p.z[cloud].max()) - definition.rear
+
+
+def measure_cloud(
+    comm: MPI.Intracomm, particles: Particles, definition: CloudDefinition
+) -> CloudMeasure:
+    """Measure the cloud (R12), to the same bits on any number of ranks.
+
+    Parameters
+    ----------
+    comm : MPI.Intracomm
+    particles : Particles
+        Owned particles; any rank may own none.
+    definition : CloudDefinition
+
+    Returns
+    -------
+    CloudMeasure
+        The same on all ranks.
+    """
+    cloud = in_cloud(particles.z, particles.u_z, definition)
+    gathered = gather_all(comm, particles.take(cloud))
+    result = np.zeros(len(CloudMeasure._fields))
+    if gathered is not None:
+        p = gathered
+        result[:] = measure_arrays(p.id, p.r, p.z, p.u_z, p.m, definition)
+    comm.Bcast(result)
+    return CloudMeasure(*result.tolist())
+
+
+def measure_arrays(
+    ids: IntArray,
+    r: FloatArray,
+    z: FloatArray,
+    u_z: FloatArray,
+    m: FloatArray,
+    definition: CloudDefinition,
+) -> CloudMeasure:
+    """Measure the cloud among the particles given, in any order.
+
+    Parameters
+    ----------
+    ids : ndarray of int64, shape (n,)
+        Settle the order of particles at the same place.
+    r, z : ndarray, shape (n,)
+        [m].
+    u_z : ndarray, shape (n,)
+        [m/s].
+    m : ndarray, shape (n,)
+        [kg].
+    definition : CloudDefinition
+
+    Returns
+    -------
+    CloudMeasure
+    """
+    cloud = np.flatnonzero(in_cloud(z, u_z, definition))
+    if not cloud.size:
+        return CloudMeasure(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    ids, r, z, u_z, m = ids[cloud], r[cloud], z[cloud], u_z[cloud], m[cloud]
+    length = z - definition.rear
+    front = np.lexsort((ids, z))[-1]
+    return CloudMeasure(
+        float(r.max()),
+        float(length[front]),
+        _mass_quantile(r, m, ids, definition.quantile),
+        _mass_quantile(length, m, ids, definition.quantile),
+        float(u_z[front]),
+        math.fsum(m),
+    )
+
+
+def _mass_quantile(
+    x: FloatArray, m: FloatArray, ids: IntArray, fraction: float
+) -> float:
+    """Return the smallest `x` that `fraction` of the mass lies at or below."""
+    order = np.lexsort((ids, x))
+    below = np.cumsum(m[order])
+    place = np.searchsorted(below, fraction * below[-1])
+    return float(x[order[min(place, len(order) - 1)]])
+
+
+def compare(
+    measure: CloudMeasure, exposure: Exposure, figure: CloudFigure = "outermost"
+) -> CloudErrors:
+    """Compare a computed cloud with a measured one.
+
+    Parameters
+    ----------
+    measure : CloudMeasure
+    exposure : Exposure
+        Its radius and length may each be missing.
+    figure : {"outermost", "robust"}, optional
+        Which of the computed figures is compared.
+
+    Returns
+    -------
+    CloudErrors
+        Fractions, positive where the computed cloud is larger.
+    """
+    radius, length = cloud_size(measure, figure)
+    return CloudErrors(
+        None if exposure.radius is None else radius / exposure.radius - 1.0,
+        None if exposure.length is None else length / exposure.length - 1.0,
+    )
+
+
+def cloud_size(measure: CloudMeasure, figure: CloudFigure) -> tuple[float, float]:
+    """Return R_b and L_b [m] by the outermost particle or by the quantile."""
+    if figure == "robust":
+        return measure.radius_robust, measure.length_robust
+    return measure.radius, measure.length

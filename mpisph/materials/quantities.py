@@ -1,0 +1,209 @@
+"""Numbers with units: what a case file may write where a quantity is expected.
+
+A plain number is taken in SI. A string carries a unit, ``"6.72 km/s"``, and is
+converted; a unit of the wrong dimension is refused. Inside the program every
+quantity is a float in SI.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import lru_cache
+from typing import Annotated, Any
+
+import pint
+from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, Strict
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+__all__ = [
+    "Count",
+    "Density",
+    "Flag",
+    "FrozenModel",
+    "Identifier",
+    "Length",
+    "NonNegative",
+    "NonNegativeLength",
+    "NonNegativePressure",
+    "Positive",
+    "PositiveLength",
+    "PositivePressure",
+    "PositiveTime",
+    "PositiveVelocity",
+    "Pressure",
+    "Quantity",
+    "SpecificEnergy",
+    "TensionLimit",
+    "Time",
+    "Velocity",
+    "si_value",
+]
+
+_NUMBER = re.compile(r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_UNIT_NAME = r"(?:[^\W\d_]+|%)"
+_UNIT_FACTOR = rf"{_UNIT_NAME}(?:(?:\*\*|\^)?-?\d)?"
+# A product or quotient of named units with small powers, as in "kg/m3". Keeping
+# to this form keeps pint from evaluating arbitrary expressions.
+_UNIT = re.compile(rf"{_UNIT_FACTOR}(?:\s*[*/·]\s*{_UNIT_FACTOR}|\s+{_UNIT_FACTOR})*")
+_POWER = re.compile(r"(?<=[^\W\d_])(?:\*\*|\^)?(-?\d)")
+
+_DIMENSION_NAMES = {
+    "": "a number without a unit",
+    "m": "a length",
+    "s": "a time",
+    "m/s": "a velocity",
+    "Pa": "a pressure",
+    "kg/m^3": "a density",
+    "J/kg": "a specific energy",
+}
+
+
+class FrozenModel(BaseModel):
+    """Base of every part of a case: immutable, and no unknown keys."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", use_attribute_docstrings=True
+    )
+
+
+@lru_cache(maxsize=1)
+def _registry() -> pint.UnitRegistry[Any]:
+    # Decimals make "9.53 mm" the double nearest to 0.00953: a product of two
+    # doubles can miss it by a rounding, and the file could not be written back.
+    return pint.UnitRegistry(non_int_type=Decimal)
+
+
+@lru_cache(maxsize=256)
+def _conversion_factor(unit: str, si_unit: str) -> Decimal:
+    """Return the factor from `unit` to `si_unit`, or raise a pint error."""
+    registry = _registry()
+    spelled = _POWER.sub(r"**\1", unit.replace("·", "*"))
+    measured = registry.Quantity(Decimal(1), registry.parse_units(spelled))
+    wanted = registry.parse_units(_POWER.sub(r"**\1", si_unit))
+    return Decimal(measured.to(wanted).magnitude)
+
+
+def _failure(problem: str, si_unit: str) -> PydanticCustomError:
+    name = _DIMENSION_NAMES.get(si_unit, "a quantity")
+    expected = f"{name} in {si_unit}" if si_unit else name
+    # Passed as context, because the template must be a literal string.
+    return PydanticCustomError(
+        "quantity",
+        "{problem}expected {expected}",
+        {"problem": f"{problem}: " if problem else "", "expected": expected},
+    )
+
+
+def _parse(text: str, si_unit: str) -> float:
+    """Return the SI value of a string such as ``"6.72 km/s"``."""
+    text = text.strip()
+    if text in {"-inf", "inf", "+inf", "nan"}:
+        return float(text)
+    number = _NUMBER.match(text)
+    if number is None:
+        raise _failure("no number in the string", si_unit)
+    unit = text[number.end() :].strip()
+    if not unit and si_unit:
+        raise _failure("the unit is missing", si_unit)
+    if unit and _UNIT.fullmatch(unit) is None:
+        raise _failure(f"cannot read the unit {unit!r}", si_unit)
+    try:
+        factor = _conversion_factor(unit, si_unit) if unit else Decimal(1)
+    except pint.UndefinedUnitError:
+        raise _failure(f"unknown unit {unit!r}", si_unit) from None
+    except pint.DimensionalityError:
+        raise _failure(f"{unit!r} is of another dimension", si_unit) from None
+    except (pint.PintError, ArithmeticError, ValueError, TypeError):
+        raise _failure(f"cannot convert the unit {unit!r}", si_unit) from None
+    return float(Decimal(number.group().replace("_", "")) * factor)
+
+
+def si_value(value: object, si_unit: str, *, minus_infinity: bool = False) -> float:
+    """Return a quantity as a float in SI.
+
+    Parameters
+    ----------
+    value : object
+        A number (taken in SI) or a string with a unit.
+    si_unit : str
+        The SI unit, such as ``"m/s"``; empty for a pure number.
+    minus_infinity : bool
+        Whether minus infinity is a legal value.
+
+    Returns
+    -------
+    float
+        The value in `si_unit`.
+
+    Raises
+    ------
+    PydanticCustomError
+        For anything else than a finite number of the right dimension; a
+        ``ValueError`` that names the expected unit.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise _failure("", si_unit)
+    try:
+        number = _parse(value, si_unit) if isinstance(value, str) else float(value)
+    except OverflowError:
+        number = math.inf
+    if math.isfinite(number) or (minus_infinity and number == -math.inf):
+        return number
+    raise _failure("must be finite", si_unit)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Annotation that makes a float field accept numbers and unit strings.
+
+    Attributes
+    ----------
+    unit : str
+        SI unit of the field; empty for a pure number.
+    minus_infinity : bool
+        Whether minus infinity is a legal value.
+    """
+
+    unit: str
+    minus_infinity: bool = False
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: Any
+    ) -> core_schema.CoreSchema:
+        """Convert to SI before the float's own checks."""
+
+        def convert(value: object) -> float:
+            return si_value(value, self.unit, minus_infinity=self.minus_infinity)
+
+        return core_schema.no_info_before_validator_function(convert, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Describe both forms, and the unit of the plain number."""
+        number = dict(handler(schema))
+        return {"anyOf": [number, {"type": "string"}], "unit": self.unit or "1"}
+
+
+Flag = Annotated[bool, Strict()]
+Count = Annotated[int, Strict(), Field(ge=1)]
+Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
+
+Positive = Annotated[float, Field(gt=0), Quantity("")]
+NonNegative = Annotated[float, Field(ge=0), Quantity("")]
+Length = Annotated[float, Quantity("m")]
+PositiveLength = Annotated[float, Field(gt=0), Quantity("m")]
+NonNegativeLength = Annotated[float, Field(ge=0), Quantity("m")]
+Time = Annotated[float, Quantity("s")]
+PositiveTime = Annotated[float, Field(gt=0), Quantity("s")]
+Velocity = Annotated[float, Quantity("m/s")]
+PositiveVelocity = Annotated[float, Field(gt=0), Quantity("m/s")]
+Pressure = Annotated[float, Quantity("Pa")]
+PositivePressure = Annotated[float, Field(gt=0), Quantity("Pa")]
+NonNegativePressure = Annotated[float, Field(ge=0), Quantity("Pa")]
+TensionLimit = Annotated[float, Field(le=0), Quantity("Pa", minus_infinity=True)]
+Density = Annotated[float, Field(gt=0), Quantity("kg/m^3")]
+SpecificEnergy = Annotated[float, Field(gt=0), Quantity("J/kg")]

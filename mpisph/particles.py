@@ -1,0 +1,186 @@
+"""The particles of one rank and the table of their fields.
+
+One table drives allocation, packing, migration, the halo and the files: a new
+field is one line of `FIELDS` and one annotation of `Particles`.
+"""
+
+from collections.abc import Iterable
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+Role = Literal["label", "state", "rate", "derived"]
+
+
+class Field(NamedTuple):
+    """One particle field.
+
+    Attributes
+    ----------
+    name : str
+        Attribute name on `Particles`.
+    symbol : str
+        Symbol in the equations.
+    unit : str
+        SI unit.
+    meaning : str
+        One line for people and for the files.
+    role : {"label", "state", "rate", "derived"}
+        Labels are integers that never change; states are integrated; rates
+        are their time derivatives; derived fields follow from the others.
+    exchanged : bool
+        True where a ghost needs the field.
+    saved : bool
+        True where snapshots carry the field.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    meaning: str
+    role: Role
+    exchanged: bool
+    saved: bool
+
+
+FIELDS = (
+    Field("id", "id", "1", "global number of the particle", "label", True, True),
+    Field("body", "body", "1", "index of the body in the case", "label", False, True),
+    Field("material", "mat", "1", "index of the material", "label", True, True),
+    Field("m", "m", "kg", "mass of the ring", "state", True, True),
+    Field("r", "r", "m", "radius", "state", True, False),
+    Field("z", "z", "m", "axial position", "state", True, False),
+    Field("u_r", "u_r", "m/s", "radial velocity", "state", True, True),
+    Field("u_z", "u_z", "m/s", "axial velocity", "state", True, True),
+    Field("rho", "rho", "kg/m3", "density", "state", True, True),
+    Field("E", "E", "J/kg", "specific internal energy", "state", True, True),
+    Field("S_rr", "S_rr", "Pa", "deviatoric stress rr", "state", True, True),
+    Field("S_zz", "S_zz", "Pa", "deviatoric stress zz", "state", True, True),
+    Field("S_rz", "S_rz", "Pa", "deviatoric stress rz", "state", True, True),
+    Field("h", "h", "m", "smoothing length", "state", True, True),
+    Field("du_r", "du_r/dt", "m/s2", "radial acceleration", "rate", False, False),
+    Field("du_z", "du_z/dt", "m/s2", "axial acceleration", "rate", False, False),
+    Field("drho", "drho/dt", "kg/m3/s", "rate of density", "rate", False, False),
+    Field("dE", "dE/dt", "W/kg", "rate of internal energy", "rate", False, False),
+    Field("dS_rr", "dS_rr/dt", "Pa/s", "rate of S_rr", "rate", False, False),
+    Field("dS_zz", "dS_zz/dt", "Pa/s", "rate of S_zz", "rate", False, False),
+    Field("dS_rz", "dS_rz/dt", "Pa/s", "rate of S_rz", "rate", False, False),
+    Field("dh", "dh/dt", "m/s", "rate of smoothing length", "rate", False, False),
+    Field("div", "div u", "1/s", "velocity divergence", "derived", True, False),
+    Field("P", "P", "Pa", "pressure", "derived", False, True),
+    Field("c", "c", "m/s", "sound speed", "derived", False, False),
+    Field(
+        "plastic", "plastic", "1", "1 while yielding, else 0", "derived", False, True
+    ),
+    Field("neighbours", "N", "1", "number of neighbours", "derived", False, False),
+)
+
+LABELS = tuple(f.name for f in FIELDS if f.role == "label")
+VALUES = tuple(f.name for f in FIELDS if f.role != "label")
+
+INTEGRATED = ("u_r", "u_z", "rho", "E", "S_rr", "S_zz", "S_rz", "h")
+"""Fields that have a rate; `FIELDS` lists them, and their rates, in this order."""
+
+_INTEGRATED = slice(VALUES.index("u_r"), VALUES.index("h") + 1)
+_RATES = slice(VALUES.index("du_r"), VALUES.index("dh") + 1)
+_STRESS = slice(VALUES.index("S_rr"), VALUES.index("S_rz") + 1)
+
+
+class Particles:
+    """The particles that one rank owns, as a struct of arrays.
+
+    Each field of `FIELDS` is an attribute, a contiguous row view of `labels`
+    (int64, shape ``(3, n)``) or of `values` (float64, shape ``(24, n)``).
+
+    Parameters
+    ----------
+    labels : ndarray of int64, shape (len(LABELS), n)
+    values : ndarray of float64, shape (len(VALUES), n)
+    """
+
+    id: IntArray
+    body: IntArray
+    material: IntArray
+    m: FloatArray
+    r: FloatArray
+    z: FloatArray
+    u_r: FloatArray
+    u_z: FloatArray
+    rho: FloatArray
+    E: FloatArray
+    S_rr: FloatArray
+    S_zz: FloatArray
+    S_rz: FloatArray
+    h: FloatArray
+    du_r: FloatArray
+    du_z: FloatArray
+    drho: FloatArray
+    dE: FloatArray
+    dS_rr: FloatArray
+    dS_zz: FloatArray
+    dS_rz: FloatArray
+    dh: FloatArray
+    div: FloatArray
+    P: FloatArray
+    c: FloatArray
+    plastic: FloatArray
+    neighbours: FloatArray
+
+    def __init__(self, labels: IntArray, values: FloatArray) -> None:
+        self.labels = labels
+        self.values = values
+        for row, name in enumerate(LABELS):
+            setattr(self, name, labels[row])
+        for row, name in enumerate(VALUES):
+            setattr(self, name, values[row])
+
+    @classmethod
+    def zeros(cls, n: int) -> "Particles":
+        """Make `n` particles with all fields zero."""
+        return cls(np.zeros((len(LABELS), n), np.int64), np.zeros((len(VALUES), n)))
+
+    @property
+    def n(self) -> int:
+        """Number of particles owned."""
+        return int(self.labels.shape[1])
+
+    @property
+    def integrated(self) -> FloatArray:
+        """The fields of `INTEGRATED` as one view, shape (8, n)."""
+        return self.values[_INTEGRATED]
+
+    @property
+    def rates(self) -> FloatArray:
+        """The rates of `integrated`, shape (8, n)."""
+        return self.values[_RATES]
+
+    @property
+    def stress(self) -> FloatArray:
+        """S_rr, S_zz, S_rz as one view, shape (3, n)."""
+        return self.values[_STRESS]
+
+    def take(self, index: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> "Particles":
+        """Return the particles at `index` (positions or a mask), copied."""
+        return Particles(
+            np.ascontiguousarray(self.labels[:, index]),
+            np.ascontiguousarray(self.values[:, index]),
+        )
+
+    def pack(self) -> FloatArray:
+        """Return all fields as one float64 array, shape (fields, n).
+
+        Labels keep their bits (they are viewed as float64, not converted), so
+        that one message carries everything.
+        """
+        return np.concatenate([self.labels.view(np.float64), self.values])
+
+    @classmethod
+    def unpack(cls, packed: Iterable[FloatArray]) -> "Particles":
+        """Join arrays made by `pack`, in the order given."""
+        joined = np.concatenate(list(packed), axis=1)
+        k = len(LABELS)
+        return cls(joined[:k].view(np.int64), joined[k:])

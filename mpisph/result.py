@@ -1,0 +1,299 @@
+"""The result of a run: ``result.json``, and the comparison with measurements."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+from rich.table import Table
+
+from mpisph.case import Case
+from mpisph.case.sections import Exposure
+from mpisph.diagnostics import CloudFigure, CloudMeasure, cloud_size, compare
+from mpisph.files import write_text
+
+RESULT_FILE = "result.json"
+
+COMPARED_FIGURE: CloudFigure = "outermost"
+"""Which figure of the computed cloud stands beside the measured one."""
+
+Status = Literal["completed", "unstable", "failed"]
+
+_SAME_TIME = 1e-6
+# Relative; output times that agree to rounding have been merged into one.
+
+
+class _Model(BaseModel):
+    """JSON knows neither NaN nor infinity: they are written as strings."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
+
+
+class CloudRecord(_Model):
+    """The cloud at a requested time; all zero where there is none."""
+
+    time: float
+    """[s]."""
+    radius: float
+    """R_b by the outermost particle [m]."""
+    length: float
+    """L_b by the foremost particle [m]."""
+    radius_robust: float
+    """R_b by the mass quantile [m]."""
+    length_robust: float
+    """L_b by the mass quantile [m]."""
+    front_velocity: float
+    """Axial velocity of the foremost particle [m/s]."""
+    mass: float
+    """[kg]."""
+
+    @classmethod
+    def of(cls, time: float, measure: CloudMeasure) -> "CloudRecord":
+        """Return the record of a measure taken at `time` [s]."""
+        return cls(time=time, **measure._asdict())
+
+    @property
+    def measure(self) -> CloudMeasure:
+        """The measure that the record was made of."""
+        return CloudMeasure(**self.model_dump(exclude={"time"}))
+
+
+class Comparison(_Model):
+    """One exposure beside the computed cloud, by one reading of the clock."""
+
+    source: str
+    """Where the measurement comes from."""
+    clock: Literal["nominal", "offset"]
+    """Whether `time` is the exposure's own or has the case's offset added."""
+    nominal_time: float
+    """Time that the exposure is quoted with [s]."""
+    time: float
+    """Time after first contact that is compared [s]."""
+    outcome: Literal["compared", "not reached"]
+    """Whether the run came as far as `time`."""
+    figure: CloudFigure
+    """Which figure of the computed cloud is compared."""
+    measured_radius: float | None
+    """[m]."""
+    measured_length: float | None
+    """[m]."""
+    radius: float | None = None
+    """Computed R_b [m]."""
+    length: float | None = None
+    """Computed L_b [m]."""
+    radius_error_percent: float | None = None
+    """Computed over measured R_b, less 100 %."""
+    length_error_percent: float | None = None
+    """Computed over measured L_b, less 100 %."""
+
+
+class Conservation(_Model):
+    """Changes of what should be conserved, relative to initial values."""
+
+    mass_error: float
+    """At the end."""
+    momentum_z_error: float
+    """At the end; axial momentum."""
+    energy_error_final: float
+    """At the end; kinetic and internal energy."""
+    energy_error_max: float
+    """Largest magnitude during the run."""
+
+
+class Timing(_Model):
+    """What the run cost."""
+
+    ranks: int
+    """Number of ranks."""
+    steps: int
+    """Steps that were timed: those since a resumed run was resumed."""
+    wall: float
+    """Time on the wall clock [s]."""
+    step_ms: float
+    """Per step [ms]."""
+    interaction_ns: float
+    """Rank time per directed interaction, all phases included [ns]."""
+
+
+class Result(_Model):
+    """What a run ended with."""
+
+    title: str
+    """Title of the case."""
+    status: Status
+    """How the run ended."""
+    reason: str | None = None
+    """Why it did not complete, such as ``energy_drift``."""
+    detail: str | None = None
+    """The figures behind the reason, for people."""
+    step: int
+    """Steps made when the run ended."""
+    time: float
+    """Time reached [s]."""
+    particle: int | None = None
+    """Id of the offending particle, where there is one."""
+    particles: int
+    """Number of particles."""
+    clouds: tuple[CloudRecord, ...]
+    """The cloud at each requested time that was reached."""
+    comparisons: tuple[Comparison, ...]
+    """Every exposure, at the nominal and at the offset time."""
+    conservation: Conservation
+    """Conservation errors."""
+    timing: Timing
+    """Cost."""
+    versions: dict[str, str]
+    """Versions of the software."""
+    revision: str
+    """Revision of the source."""
+
+
+def write_result(folder: Path, result: Result) -> Path:
+    """Write ``result.json``; call it on one rank.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the run.
+    result : Result
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    path = folder / RESULT_FILE
+    write_text(path, result.model_dump_json(indent=2) + "\n")
+    return path
+
+
+def read_result(path: Path) -> Result:
+    """Read a file that `write_result` wrote.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is not a result.
+    """
+    return Result.model_validate_json(path.read_text(encoding="utf-8"))
+
+
+def make_comparisons(
+    case: Case, clouds: Sequence[CloudRecord]
+) -> tuple[Comparison, ...]:
+    """Set every exposure of a case beside the computed clouds.
+
+    Parameters
+    ----------
+    case : Case
+    clouds : sequence of CloudRecord
+        At the requested times that were reached.
+
+    Returns
+    -------
+    tuple of Comparison
+        For each exposure the nominal time and, where the case has an offset of
+        the clock, the time with it added. Empty without measurements.
+    """
+    if case.measured is None:
+        return ()
+    offset = case.measured.clock_offset
+    clocks: list[Literal["nominal", "offset"]] = ["nominal", "offset"]
+    return tuple(
+        _compare_at(exposure, clock, exposure.time + shift, clouds)
+        for exposure in case.measured.exposures
+        for clock, shift in zip(clocks, (0.0, offset), strict=True)
+        if clock == "nominal" or offset != 0.0
+    )
+
+
+def _compare_at(
+    exposure: Exposure,
+    clock: Literal["nominal", "offset"],
+    time: float,
+    clouds: Sequence[CloudRecord],
+) -> Comparison:
+    """Compare one exposure with the cloud at `time`."""
+    found = [c for c in clouds if math.isclose(c.time, time, rel_tol=_SAME_TIME)]
+    comparison = Comparison(
+        source=exposure.source,
+        clock=clock,
+        nominal_time=exposure.time,
+        time=time,
+        outcome="compared" if found else "not reached",
+        figure=COMPARED_FIGURE,
+        measured_radius=exposure.radius,
+        measured_length=exposure.length,
+    )
+    if not found:
+        return comparison
+    measure = found[0].measure
+    radius, length = cloud_size(measure, COMPARED_FIGURE)
+    errors = compare(measure, exposure, COMPARED_FIGURE)
+    return comparison.model_copy(
+        update={
+            "radius": radius,
+            "length": length,
+            "radius_error_percent": _percent(errors.radius),
+            "length_error_percent": _percent(errors.length),
+        }
+    )
+
+
+def _percent(fraction: float | None) -> float | None:
+    return None if fraction is None else 100.0 * fraction
+
+
+def comparison_table(result: Result) -> Table:
+    """Return the comparison with the measurements, for the end of a run.
+
+    Parameters
+    ----------
+    result : Result
+
+    Returns
+    -------
+    rich.table.Table
+        One row per exposure and clock, in mm and %. It has no rows where
+        nothing was measured.
+    """
+    table = Table(
+        title="Debris cloud beside the experiment, in mm",
+        caption=(
+            f"Computed: {COMPARED_FIGURE} particle of the cloud. The nominal "
+            "exposure time, and that time with the clock offset added."
+        ),
+    )
+    table.add_column("exposure")
+    table.add_column("compared at")
+    for name in ("R_b", "L_b"):
+        for text in (f"{name} exp.", f"{name} comp.", "error"):
+            table.add_column(text, justify="right")
+    for c in result.comparisons:
+        reached = c.outcome == "compared"
+        table.add_row(
+            f"{c.nominal_time * 1e6:g} µs",
+            f"{c.time * 1e6:.2f} µs ({c.clock})",
+            *_cells(c.measured_radius, c.radius, c.radius_error_percent, reached),
+            *_cells(c.measured_length, c.length, c.length_error_percent, reached),
+        )
+    return table
+
+
+def _cells(
+    measured: float | None, computed: float | None, error: float | None, reached: bool
+) -> tuple[str, str, str]:
+    """Return measured and computed sizes [m] and the error [%] as text."""
+    return (
+        "-" if measured is None else f"{measured * 1e3:.1f}",
+        "not reached" if computed is None or not reached else f"{computed * 1e3:.1f}",
+        "-" if error is None else f"{error:+.1f} %",
+    )

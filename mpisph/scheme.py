@@ -1,0 +1,42 @@
+"""The scheme's parameters in the form that the jitted functions take."""
+
+from typing import NamedTuple
+
+
+class Scheme(NamedTuple):
+    """Numerical parameters of R1-R10.
+
+    Attributes
+    ----------
+    alpha, beta, epsilon : float
+        Artificial viscosity (R5).
+    printed : bool
+        Whether N is taken as printed in eq (12) (R5).
+    g1, g2 : float
+        Artificial heat (R6); both zero switch it off.
+    kappa : float
+        Cut of the kernel in units of h (R1).
+    self_term : bool
+        Whether a ring acts on itself (R1).
+    P_min : float
+        Minimum tensile pressure [Pa] (R9).
+    P_min_mode : int
+        One of `eos.OFF`, `eos.CLAMP`, `eos.ZERO` (R9).
+    smoothing : int
+        One of `smoothing.FIXED`, `CLASSIC`, `AXISYMMETRIC` (R10).
+    sound_speed_floor : float
+        Smallest sound speed in units of the bulk sound speed (R8).
+    """
+
+    alpha: float
+    beta: float
+    epsilon: float
+    printed: bool
+    g1: float
+    g2: float
+    kappa: float
+    self_term: bool
+    P_min: float
+    P_min_mode: int
+    smoothing: int
+    sound_speed_floor: float

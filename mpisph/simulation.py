@@ -1,0 +1,300 @@
+"""The state of a run and one step of it.
+
+A step reads as the algorithm::
+
+    kick half, drift, predict                     (R11)
+    send ghosts their fields
+    sort owned and ghosts into the global order
+    find neighbours; evaluate rates               (R1-R7, R10)
+    kick half; apply yield and equation of state  (R7-R9)
+
+Before each step all ranks take one survey, the step's only reduction; now and then
+slabs are moved and particles change their owner.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from mpi4py import MPI
+
+from mpisph.case import Case
+from mpisph.constitutive import MaterialTable, limit_stress, material_table, respond
+from mpisph.decomposition import equal_work_edges, imbalance, work_of
+from mpisph.diagnostics import CloudDefinition, cloud_definition
+from mpisph.eos import KINDS, P_MIN_MODES, MaterialConstants
+from mpisph.geometry import InitialParticles, discretise
+from mpisph.halo import exchange_halo
+from mpisph.integrator import drift, kick, predict
+from mpisph.materials import Material
+from mpisph.migration import migrate
+from mpisph.neighbours import Lattice, find_neighbours, make_lattice, sort_into_cells
+from mpisph.particles import FloatArray, Particles
+from mpisph.phases import Phases
+from mpisph.rates import update_rates
+from mpisph.scheme import Scheme
+from mpisph.smoothing import MODES
+from mpisph.sources import exchanged_fields, in_global_order
+from mpisph.stability import Bounds
+from mpisph.survey import Survey, take_survey
+
+
+@dataclass
+class Simulation:
+    """Everything that a step reads or changes.
+
+    Attributes
+    ----------
+    case : Case
+    comm : MPI.Intracomm
+    particles : Particles
+        Owned by this rank.
+    n_total : int
+        Number of particles on all ranks.
+    scheme, table, lattice, bounds, sum_bounds, cloud
+        Constants of the run, derived from the case.
+    edges : ndarray, shape (ranks - 1,)
+        Inner edges of the slabs [m].
+    time : float
+        [s].
+    step : int
+        Steps made.
+    interactions : int
+        Directed interactions evaluated by this rank.
+    phases : Phases
+        Time spent in each phase of the step.
+    """
+
+    case: Case
+    comm: MPI.Intracomm
+    particles: Particles
+    n_total: int
+    scheme: Scheme
+    table: MaterialTable
+    lattice: Lattice
+    bounds: Bounds
+    sum_bounds: FloatArray
+    cloud: CloudDefinition
+    edges: FloatArray
+    time: float = 0.0
+    step: int = 0
+    interactions: int = 0
+    room: int = 0
+    phases: Phases = field(default_factory=Phases)
+
+
+def make_scheme(case: Case) -> Scheme:
+    """Return the scheme's parameters as the jitted functions take them."""
+    s = case.scheme
+    return Scheme(
+        alpha=s.viscosity.alpha,
+        beta=s.viscosity.beta,
+        epsilon=s.viscosity.epsilon,
+        printed=s.viscosity.form == "printed",
+        g1=s.heat.g1 if s.heat.enabled else 0.0,
+        g2=s.heat.g2 if s.heat.enabled else 0.0,
+        kappa=s.kappa,
+        self_term=s.self_term,
+        P_min=s.p_min.value,
+        P_min_mode=P_MIN_MODES[s.p_min.mode],
+        smoothing=MODES[s.smoothing],
+        sound_speed_floor=s.sound_speed_floor,
+    )
+
+
+def make_table(case: Case) -> MaterialTable:
+    """Return the constants of the case's materials, one row an entry of its table."""
+    strong = case.scheme.strength != "none"
+    return material_table(
+        [_constants(entry.material, entry.eos, strong) for entry in case.material_table]
+    )
+
+
+def _constants(material: Material, eos: str, strong: bool) -> MaterialConstants:
+    t = material.tillotson
+    unused = (math.nan,) * 9
+    return MaterialConstants(
+        KINDS[eos],
+        material.rho0,
+        material.c0,
+        material.hugoniot_slope,
+        material.gamma0,
+        material.bulk_modulus,
+        material.shear_modulus if strong else 0.0,
+        material.yield_strength if strong else 0.0,
+        *(
+            unused
+            if t is None
+            else (t.a, t.b, t.A, t.B, t.E0, t.Es, t.Es_prime, t.alpha, t.beta)
+        ),
+    )
+
+
+def start(case: Case, comm: MPI.Intracomm) -> Simulation:
+    """Discretise the bodies, share the particles out and evaluate the first rates.
+
+    Parameters
+    ----------
+    case : Case
+    comm : MPI.Intracomm
+
+    Returns
+    -------
+    Simulation
+        At time zero.
+    """
+    initial = discretise(case)
+    n_total = initial.id.size
+    scheme = make_scheme(case)
+    energy, sum_bounds = _scales(case, initial)
+    edges = equal_work_edges(comm, initial.z, np.ones(n_total))
+    first, last = np.concatenate([[-math.inf], edges, [math.inf]])[comm.rank :][:2]
+    mine = np.flatnonzero((initial.z >= first) & (initial.z < last))
+    sim = Simulation(
+        case=case,
+        comm=comm,
+        particles=_initial_particles(initial, mine),
+        n_total=n_total,
+        scheme=scheme,
+        table=make_table(case),
+        lattice=make_lattice(case.smoothing_length, scheme.kappa),
+        bounds=Bounds(
+            case.limits.density_ratio_min,
+            case.limits.density_ratio_max,
+            case.limits.energy_ratio_max * energy,
+        ),
+        sum_bounds=sum_bounds,
+        cloud=cloud_definition(case),
+        edges=edges,
+    )
+    respond(sim.particles, sim.table, sim.scheme)
+    claims = survey(sim, longest_step=0.0).claims
+    evaluate_rates(sim, sim.particles.integrated.copy(), claims)
+    return sim
+
+
+def _initial_particles(initial: InitialParticles, mine: np.ndarray) -> Particles:
+    p = Particles.zeros(mine.size)
+    for name in ("id", "body", "material", "m", "r", "z", "u_z", "rho", "h"):
+        getattr(p, name)[:] = getattr(initial, name)[mine]
+    return p
+
+
+def _scales(case: Case, initial: InitialParticles) -> tuple[float, FloatArray]:
+    """Return the run's specific energy and bounds of one particle's conserved terms.
+
+    The energy is the largest kinetic one at the start, or that of a hundredth of the
+    bulk sound speed where nothing moves. The bounds may be loose: see
+    `collectives.reproducible_sum`.
+    """
+    slow = 0.01 * max(entry.material.c0 for entry in case.material_table)
+    speed = max(float(np.abs(initial.u_z).max()), slow)
+    energy = 0.5 * speed**2
+    room = 1e6
+    mass = float(initial.m.max())
+    terms = np.array([1.0, room * speed, room * energy, room * energy])
+    return energy, mass * terms
+
+
+def survey(sim: Simulation, longest_step: float = math.inf) -> Survey:
+    """Take the survey before a step (see `survey.take_survey`)."""
+    with sim.phases.measure("survey"):
+        return take_survey(
+            sim.comm,
+            sim.particles,
+            sim.table,
+            sim.scheme,
+            sim.case.time.cfl,
+            min(longest_step, fixed_step(sim.case)),
+            sim.bounds,
+            sim.sum_bounds,
+            sim.cloud,
+        )
+
+
+def fixed_step(case: Case) -> float:
+    """Return the longest step that the case allows [s], infinite if it sets none."""
+    return math.inf if case.time.dt is None else case.time.dt
+
+
+def rebalance(sim: Simulation, work: FloatArray) -> None:
+    """Move slab edges where the work is unequal; give particles to their slabs.
+
+    Parameters
+    ----------
+    sim : Simulation
+    work : ndarray, shape (ranks,)
+        Work of each rank.
+    """
+    with sim.phases.measure("balance"):
+        p = sim.particles
+        if imbalance(work) > sim.case.parallel.imbalance_threshold:
+            sim.edges = equal_work_edges(sim.comm, p.z, work_of(p.neighbours))
+        sim.particles = migrate(sim.comm, p, sim.edges)
+
+
+def advance(sim: Simulation, dt: float, claims: FloatArray) -> None:
+    """Make one step of `dt` [s] (R11).
+
+    Parameters
+    ----------
+    sim : Simulation
+    dt : float
+    claims : ndarray, shape (ranks, 2)
+        From the survey before this step.
+    """
+    p = sim.particles
+    with sim.phases.measure("stepping"):
+        kick(p, 0.5 * dt)
+        drift(p, dt)
+        predicted = predict(p, 0.5 * dt)
+    evaluate_rates(sim, predicted, claims)
+    with sim.phases.measure("stepping"):
+        kick(p, 0.5 * dt)
+    with sim.phases.measure("materials"):
+        respond(p, sim.table, sim.scheme)
+    sim.time += dt
+    sim.step += 1
+
+
+def evaluate_rates(sim: Simulation, integrated: FloatArray, claims: FloatArray) -> None:
+    """Evaluate the rates of the owned particles (R1-R10).
+
+    Parameters
+    ----------
+    sim : Simulation
+    integrated : ndarray, shape (8, n)
+        Integrated fields at the time of evaluation; its stress is brought back to the
+        yield surface.
+    claims : ndarray, shape (ranks, 2)
+        Halo claims that hold for the positions and `integrated`.
+    """
+    p, scheme = sim.particles, sim.scheme
+    with sim.phases.measure("materials"):
+        limit_stress(integrated[4:7], p.material, sim.table, p.plastic)
+    with sim.phases.measure("halo"):
+        fields = exchanged_fields(p, integrated)
+        ghosts = exchange_halo(
+            sim.comm, fields, p.z, integrated[7], claims, scheme.kappa
+        )
+        fields = np.concatenate([fields, ghosts], axis=1)
+    with sim.phases.measure("neighbours"):
+        ids = fields[0].view(np.int64)
+        cells = sort_into_cells(ids, fields[3], fields[4], fields[12], sim.lattice)
+        sources = in_global_order(fields, p.n, cells)
+        neighbours = find_neighbours(
+            cells,
+            sources.slot,
+            sources.r,
+            sources.z,
+            sources.h,
+            scheme.kappa,
+            scheme.self_term,
+            sim.room,
+        )
+        sim.room = neighbours.members.size + neighbours.members.size // 8
+        sim.interactions += neighbours.members.size
+    with sim.phases.measure("pair loop"):
+        update_rates(
+            sources, neighbours, sim.table, scheme, p.rates, p.div, p.neighbours
+        )

@@ -1,0 +1,81 @@
+"""Signs that a run has become unstable, looked for in every step."""
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from mpisph.constitutive import MaterialTable
+from mpisph.jit import EXACT
+from mpisph.particles import Particles
+
+STABLE = 0
+NON_FINITE = 1
+DENSITY = 2
+ENERGY = 3
+REASONS = {
+    NON_FINITE: ("non_finite", "a field is not finite, or h is not positive"),
+    DENSITY: ("density", "the density is out of bounds"),
+    ENERGY: ("internal_energy", "the specific internal energy is out of bounds"),
+}
+"""Short name and meaning of each fault."""
+
+
+class Bounds(NamedTuple):
+    """Bounds that no sound run reaches.
+
+    Attributes
+    ----------
+    density_min, density_max : float
+        In units of the material's reference density.
+    energy : float
+        Largest magnitude of the specific internal energy [J/kg].
+    """
+
+    density_min: float
+    density_max: float
+    energy: float
+
+
+@njit(**EXACT)
+def _first_fault(ids, values, rho, E, h, material, table, bounds):
+    """Return the kind of fault and the id of the faulty particle of smallest id."""
+    fault, who = STABLE, -1
+    for i in range(ids.size):
+        kind = STABLE
+        eta = rho[i] / table[material[i]].rho0
+        finite = h[i] > 0.0
+        for k in range(values.shape[0]):
+            finite &= math.isfinite(values[k, i])
+        if not finite:
+            kind = NON_FINITE
+        elif not bounds.density_min < eta < bounds.density_max:
+            kind = DENSITY
+        elif abs(E[i]) > bounds.energy:
+            kind = ENERGY
+        if kind != STABLE and (fault == STABLE or ids[i] < who):
+            fault, who = kind, ids[i]
+    return fault, who
+
+
+def first_fault(p: Particles, table: MaterialTable, bounds: Bounds) -> tuple[int, int]:
+    """Return the fault among the owned particles, and the particle's id.
+
+    Parameters
+    ----------
+    p : Particles
+    table : structured ndarray
+        Material constants.
+    bounds : Bounds
+
+    Returns
+    -------
+    fault : int
+        `STABLE`, `NON_FINITE`, `DENSITY` or `ENERGY`.
+    who : int
+        Smallest id of a faulty particle, -1 for none.
+    """
+    fault, who = _first_fault(
+        p.id, p.values, p.rho, p.E, p.h, p.material, table, bounds
+    )
+    return int(fault), int(who)

@@ -1,0 +1,117 @@
+"""What all ranks must agree on before a step, gathered in one collective.
+
+Every rank sends one record: its step limit, its halo claim, its work, any fault, and
+its part of the conserved sums as integers. Every rank receives all records and draws
+the same conclusions, so no step needs another reduction.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from mpi4py import MPI
+
+from mpisph.collectives import CHUNKS, fixed_point_chunks, from_chunks
+from mpisph.constitutive import MaterialTable
+from mpisph.decomposition import work_of
+from mpisph.diagnostics import CloudDefinition, local_extent, totals
+from mpisph.halo import claim
+from mpisph.particles import FloatArray, Particles
+from mpisph.scheme import Scheme
+from mpisph.stability import STABLE, Bounds, first_fault
+from mpisph.timestep import local_limit
+
+N_SUMS = 4
+HEAD = 9
+"""Numbers of a record before the sums."""
+
+
+class Survey(NamedTuple):
+    """The state of a run, the same on all ranks.
+
+    Attributes
+    ----------
+    limit : float
+        Smallest step limit, without Courant factor [s].
+    limited_by : int
+        Id of the particle that sets it.
+    claims : ndarray, shape (ranks, 2)
+        Halo claim of each rank [m].
+    work : ndarray, shape (ranks,)
+        Work of each rank, in pairs.
+    fault : int
+        Fault found (see `stability`).
+    fault_id : int
+        Smallest id of a particle with that fault.
+    sums : ndarray, shape (4,)
+        Mass [kg], axial momentum [kg m/s], kinetic and internal energy [J].
+    extent : ndarray, shape (2,)
+        R_b and L_b by the outermost particles of the cloud [m].
+    """
+
+    limit: float
+    limited_by: int
+    claims: FloatArray
+    work: FloatArray
+    fault: int
+    fault_id: int
+    sums: FloatArray
+    extent: FloatArray
+
+
+def take_survey(
+    comm: MPI.Intracomm, p: Particles, table: MaterialTable, scheme: Scheme,
+    courant: float, longest_step: float, bounds: Bounds, sum_bounds: FloatArray,
+    cloud: CloudDefinition,
+) -> Survey:  # fmt: skip
+    """Gather the records of all ranks (the step's only collective).
+
+    Parameters
+    ----------
+    comm : MPI.Intracomm
+    p : Particles
+    table : structured ndarray
+    scheme : Scheme
+    courant : float
+        Courant factor.
+    longest_step : float
+        No step is longer, whatever the limits allow [s].
+    bounds : Bounds
+        Of sound runs.
+    sum_bounds : ndarray, shape (4,)
+        Bounds of one particle's terms of the conserved sums.
+    cloud : CloudDefinition
+    """
+    limit, where = local_limit(p, scheme)
+    fault, fault_id = first_fault(p, table, bounds)
+    chunks = fixed_point_chunks(totals(p), sum_bounds)
+    record = np.empty(HEAD + N_SUMS * CHUNKS)
+    record[0] = limit
+    record[1] = p.id[where] if where >= 0 else -1
+    record[2:4] = claim(p, scheme.kappa, min(courant * limit, longest_step))
+    record[4] = work_of(p.neighbours).sum()
+    record[5:7] = fault, fault_id
+    record[7:HEAD] = local_extent(p, cloud)
+    record[HEAD:] = chunks.ravel().view(np.float64)
+    records = np.empty((comm.size, record.size))
+    comm.Allgather(record, records)
+    return _conclude(records, sum_bounds)
+
+
+def _conclude(records: FloatArray, sum_bounds: FloatArray) -> Survey:
+    """Draw the same conclusions from all records on every rank."""
+    first = min(range(len(records)), key=lambda k: (records[k, 0], records[k, 1]))
+    faulty = records[records[:, 5] != STABLE]
+    fault, who = (STABLE, -1)
+    if len(faulty) > 0:
+        fault, who = faulty[np.argmin(faulty[:, 6]), 5:7].astype(int)
+    chunks = np.ascontiguousarray(records[:, HEAD:]).view(np.int64).sum(axis=0)
+    return Survey(
+        limit=float(records[first, 0]),
+        limited_by=int(records[first, 1]),
+        claims=records[:, 2:4].copy(),
+        work=records[:, 4].copy(),
+        fault=int(fault),
+        fault_id=int(who),
+        sums=from_chunks(chunks.reshape(N_SUMS, CHUNKS), sum_bounds),
+        extent=records[:, 7:HEAD].max(axis=0),
+    )

@@ -1,0 +1,80 @@
+"""The stable time step (R11).
+
+Each limit is scaled by the Courant factor, so that halving it halves every step.
+"""
+
+import math
+
+from numba import njit
+
+from mpisph.jit import EXACT
+from mpisph.particles import Particles
+from mpisph.scheme import Scheme
+
+VISCOUS_SHARE = 0.6
+"""Share of the viscous signal speed in the Courant limit (Monaghan 1989, J. Comp.
+Phys. 82, 1-15)."""
+
+
+@njit(**EXACT)
+def signal_limit(h, c, div, alpha, beta):
+    """Return the Courant limit with the viscous signal speed (R11) [s]."""
+    viscous = alpha * c + beta * h * max(-div, 0.0)
+    return h / (c + VISCOUS_SHARE * viscous)
+
+
+@njit(**EXACT)
+def force_limit(h, du_r, du_z):
+    """Return the time in which the acceleration moves a particle by h (R11) [s]."""
+    acceleration = math.hypot(du_r, du_z)
+    return math.sqrt(h / acceleration) if acceleration > 0.0 else math.inf
+
+
+@njit(**EXACT)
+def strain_limit(div):
+    """Return the time in which the volume changes by its own size (R11) [s]."""
+    return 1.0 / abs(div) if div != 0.0 else math.inf
+
+
+@njit(**EXACT)
+def _limits(h, c, div, du_r, du_z, alpha, beta):
+    smallest = math.inf
+    where = -1
+    for i in range(h.size):
+        limit = min(
+            signal_limit(h[i], c[i], div[i], alpha, beta),
+            force_limit(h[i], du_r[i], du_z[i]),
+            strain_limit(div[i]),
+        )
+        if limit < smallest:
+            smallest = limit
+            where = i
+    return smallest, where
+
+
+def local_limit(p: Particles, scheme: Scheme) -> tuple[float, int]:
+    """Return the smallest limit among the owned particles, without Courant factor.
+
+    Parameters
+    ----------
+    p : Particles
+    scheme : Scheme
+
+    Returns
+    -------
+    limit : float
+        Infinite where the rank owns no particle [s].
+    where : int
+        Index of the particle that sets it, -1 for none.
+    """
+    limit, where = _limits(p.h, p.c, p.div, p.du_r, p.du_z, scheme.alpha, scheme.beta)
+    return float(limit), int(where)
+
+
+def step_to(remaining: float, dt: float) -> float:
+    """Return `dt`, shortened so that `remaining` [s] is met without a tiny last step.
+
+    Within two steps of the target the rest is split into equal steps.
+    """
+    steps = max(math.ceil(remaining / dt * (1.0 - 1e-12)), 1)
+    return remaining / steps if steps <= 2 else dt

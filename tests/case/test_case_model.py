@@ -1,0 +1,165 @@
+import math
+import tomllib
+
+import pytest
+from pydantic import ValidationError
+
+from mpisph.case import Case, case_from_dict, case_schema
+
+
+def test_defaults_are_those_of_the_base_case(data):
+    scheme = case_from_dict(data).scheme
+    assert scheme.self_term is True
+    assert scheme.kappa == 3.0
+    assert scheme.eos == "mie-grueneisen"
+    assert scheme.strength == "elastic-plastic"
+    viscosity = scheme.viscosity
+    assert (viscosity.alpha, viscosity.beta, viscosity.epsilon) == (2.5, 2.5, 0.001)
+    assert viscosity.form == "derived"
+    assert (scheme.heat.enabled, scheme.heat.g1, scheme.heat.g2) == (True, 0.5, 1.0)
+    assert (scheme.p_min.value, scheme.p_min.mode) == (0.0, "clamp")
+    assert scheme.smoothing == "axisymmetric"
+
+
+def test_spacing_is_the_radius_of_the_first_sphere_over_npr(data):
+    case = case_from_dict(data)
+    assert case.resolution.reference == "ball"
+    assert case.spacing == pytest.approx(5e-4)
+    assert case.smoothing_length == pytest.approx(1e-3)
+
+
+def test_spacing_follows_the_named_body(data):
+    data["resolution"] = {"npr": 10, "reference": "wall"}
+    assert case_from_dict(data).spacing == pytest.approx(2e-3)
+
+
+def test_spacing_may_be_given_itself(data):
+    data["resolution"] = {"spacing": "0.25 mm", "nph": 1.5}
+    case = case_from_dict(data)
+    assert case.spacing == 2.5e-4
+    assert case.smoothing_length == pytest.approx(3.75e-4)
+
+
+def test_output_times_merge_all_requests_and_end_with_the_end(data):
+    data["time"] = {"end": "2.05 us"}
+    data["output"] = {"times": ["0.6 us", "1.7 us"], "every": "0.3 us"}
+    data["measured"] = {
+        "clock_offset": "1.05 us",
+        "exposures": [
+            {"time": "1 us", "radius": "9 mm", "source": "a"},
+            {"time": "19 us", "length": "9 mm", "source": "a"},
+        ],
+    }
+    expected = (0.3, 0.6, 0.9, 1.0, 1.2, 1.5, 1.7, 1.8, 2.05)
+    times = case_from_dict(data).output_times
+    assert times == pytest.approx([1e-6 * t for t in expected])
+    assert times[-1] == 2.05e-6
+
+
+def test_end_is_the_last_requested_time_by_default(data):
+    del data["time"]
+    data["output"] = {"times": ["1 us"], "every": "0.4 us"}
+    data["measured"] = {
+        "clock_offset": "1 us",
+        "exposures": [{"time": "6 us", "radius": "9 mm", "source": "a"}],
+    }
+    case = case_from_dict(data)
+    assert case.time.end == case.end_time == pytest.approx(7e-6)
+    assert case.output_times[-1] == case.time.end
+
+
+def test_measured_plate_is_the_first_by_default(data):
+    data["measured"] = {}
+    case = case_from_dict(data)
+    assert case.measured.plate == "wall"
+    assert case.measured_plate is case.bodies[1]
+    assert case.measured_plate.rear_face == pytest.approx(2e-3)
+
+
+def test_materials_hold_exactly_what_the_bodies_use(data):
+    data["materials"] = {"cu-ofhc": {"yield_strength": "0.2 GPa"}}
+    data["materials"]["al-6061-t6"] = {"yield_strength": "0.3 GPa"}
+    case = case_from_dict(data)
+    assert list(case.materials) == ["al-lee2003", "cu-ofhc"]
+    copper = case.body_material(case.bodies[1])
+    assert copper.yield_strength == 0.2e9
+    assert copper.rho0 == 8930.0
+    assert "yield_strength" not in copper.sources
+    assert "rho0" in copper.sources
+
+
+def test_one_tillotson_constant_may_be_changed(data):
+    data["materials"] = {"al-lee2003": {"tillotson": {"b": 1.5}}}
+    tillotson = case_from_dict(data).materials["al-lee2003"].tillotson
+    assert (tillotson.a, tillotson.b) == (0.5, 1.5)
+
+
+def test_a_complete_table_does_not_rest_on_the_card_of_its_name(data):
+    own = case_from_dict(data).materials["al-lee2003"].model_dump(exclude_none=True)
+    del own["tillotson"]
+    data["materials"] = {"al-lee2003": own}
+    assert case_from_dict(data).materials["al-lee2003"].tillotson is None
+
+
+def test_material_table_pairs_material_and_equation_of_state(data):
+    data["bodies"][1]["material"] = "al-lee2003"
+    data["bodies"][1]["eos"] = "tillotson"
+    rod = {"shape": "cylinder", "name": "rod", "radius": "1 mm", "length": "9 mm"}
+    data["bodies"].append({**rod, "material": "al-lee2003", "position": "1 m"})
+    case = case_from_dict(data)
+    table = case.material_table
+    assert [(e.material.name, e.eos) for e in table] == [
+        ("al-lee2003", "mie-grueneisen"),
+        ("al-lee2003", "tillotson"),
+    ]
+    assert case.material_indices == (0, 1, 0)
+
+
+def test_toml_round_trip_is_exact_and_complete(data):
+    data["scheme"] = {"p_min": {"value": "-inf"}, "heat": {"g1": 0.1}}
+    data["output"] = {"every": "0.3 us"}
+    data["measured"] = {
+        "exposures": [{"time": "1 us", "radius": "9 mm", "source": "\u00fc"}]
+    }
+    case = case_from_dict(data)
+    assert case.scheme.p_min.value == -math.inf
+    text = case.to_toml()
+    again = case_from_dict(tomllib.loads(text))
+    assert again == case
+    assert again.to_toml() == text
+    assert tomllib.loads(text)["scheme"]["viscosity"]["alpha"] == 2.5
+    assert tomllib.loads(text)["bodies"][0]["radius"] == 0.005
+
+
+def test_case_is_immutable(data):
+    case = case_from_dict(data)
+    with pytest.raises(ValidationError):
+        case.title = "other"
+
+
+def test_rules_hold_for_the_bare_model_too(data):
+    data["bodies"][0]["position"] = 0
+    with pytest.raises(ValidationError, match="overlap"):
+        Case.model_validate(data)
+
+
+def test_a_case_made_of_its_own_parts_is_the_same(data):
+    case = case_from_dict(data)
+    assert Case.model_validate(dict(case)) == case
+
+
+def test_schema_describes_every_field_and_gives_units():
+    schema = case_schema()
+    parts = {"Case": schema, **schema["$defs"]}
+    fields = {
+        f"{name}.{key}": field
+        for name, part in parts.items()
+        for key, field in part.get("properties", {}).items()
+    }
+    assert [key for key, field in fields.items() if not field.get("description")] == []
+    assert fields["Sphere.radius"]["unit"] == "m"
+    assert fields["TimeStepping.end"]["unit"] == "s"
+    assert fields["PressureLimit.value"]["unit"] == "Pa"
+    assert fields["Viscosity.alpha"]["unit"] == "1"
+    numbers = [key for key, field in fields.items() if '"number"' in str(field)]
+    assert [key for key in numbers if "unit" not in fields[key]] == []

@@ -1,0 +1,99 @@
+"""What every test shares: how pytest behaves under mpirun."""
+
+import sys
+
+import hypothesis
+import pytest
+
+# Compiling takes long, and all ranks must draw the same examples.
+hypothesis.settings.register_profile("mpisph", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("mpisph")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config):
+    if not config.getoption("--with-mpi"):
+        return
+    from mpi4py import MPI  # starts MPI, which the serial tests do without
+
+    from mpisph.compiled import warm_up
+
+    warm_up(MPI.COMM_WORLD)  # ranks that compile at once can spoil numba's cache
+    config.pluginmanager.register(RankReports(MPI.COMM_WORLD))
+    if MPI.COMM_WORLD.rank > 0:
+        config.pluginmanager.unregister(name="terminalreporter")
+    for plugin in config.pluginmanager.get_plugins():
+        if type(plugin).__name__ == "MPIPlugin":
+            plugin._is_testing_mpi = False  # only drops its 30-line summary
+
+
+def smallest_size(item):
+    """Return the number of ranks from which on a test marked mpi is to run."""
+    marks = list(item.iter_markers("mpi"))
+    for mark in marks:
+        # pytest-mpi ignores an unknown word such as minsize: nothing would be skipped.
+        if mark.args or set(mark.kwargs) - {"min_size"}:
+            raise pytest.UsageError(f"{item.nodeid}: only mpi(min_size=N) is known")
+    return max((mark.kwargs.get("min_size", 1) for mark in marks), default=1)
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        smallest_size(item)
+
+
+class RankReports:
+    """One report and one exit code from all ranks.
+
+    Rank 0 prints pytest's report; each rank prints its failures at once, for after a
+    failure on one rank the others may wait for it until the timeout ends them all.
+    """
+
+    def __init__(self, world):
+        # Its own messages must not be taken for those of a test that failed half-way.
+        self.comm = world.Dup()
+        self.statuses = []
+
+    def say(self, outcome, report):
+        # One write: several would tear between the ranks.
+        sys.stderr.write(
+            f"\n[rank {self.comm.rank}] {outcome} {report.nodeid}\n"
+            f"{report.longreprtext}\n"
+        )
+        sys.stderr.flush()
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self, item):
+        """Fail a test that was skipped on a number of ranks it is meant for."""
+        report = yield
+        meant = self.comm.size >= smallest_size(item)
+        if report.skipped and meant and not hasattr(report, "wasxfail"):
+            report.outcome = "failed"
+            report.longrepr = f"meant for {self.comm.size} ranks, yet {report.longrepr}"
+        return report
+
+    def pytest_runtest_logreport(self, report):
+        if report.failed:
+            self.say("FAILED", report)
+
+    def pytest_collectreport(self, report):
+        if report.failed:
+            self.say("ERROR", report)
+
+    def pytest_collection_finish(self, session):
+        """Stop where the ranks would wait for each other in different tests."""
+        mine = [item.nodeid for item in session.items]
+        if any(theirs != mine for theirs in self.comm.allgather(mine)):
+            pytest.exit("the ranks collected different tests", returncode=1)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_sessionfinish(self, session, exitstatus):
+        """Fail everywhere where one rank has failed."""
+        session.config.option.tbstyle = "no"  # the tracebacks are printed already
+        self.statuses = self.comm.allgather(int(exitstatus))
+        session.exitstatus = max(self.statuses)
+
+    def pytest_terminal_summary(self, terminalreporter):
+        failing = [str(rank) for rank, status in enumerate(self.statuses) if status]
+        if failing and max(self.statuses) != pytest.ExitCode.NO_TESTS_COLLECTED:
+            terminalreporter.write_line(f"not passed on rank {', '.join(failing)}")

@@ -1,0 +1,366 @@
+"""Slow implementations that share no formula with mpisph, and small helpers.
+
+The kernel comes in 50 decimal digits, or by quadrature over the angle; the pair loop
+as a Cartesian sum over rings of many points with 3x3 tensors; pressures accept complex
+numbers, so that a derivative is an imaginary part without rounding error.
+"""
+
+import cmath
+import math
+from decimal import Decimal, localcontext
+
+import numpy as np
+
+from mpisph.constitutive import material_table
+from mpisph.eos import (
+    CLAMP,
+    LINEAR,
+    MIE_GRUENEISEN,
+    OFF,
+    TILLOTSON,
+    ZERO,
+    MaterialConstants,
+)
+from mpisph.neighbours import find_neighbours, make_lattice, sort_into_cells
+from mpisph.particles import Particles
+from mpisph.rates import update_rates
+from mpisph.scheme import Scheme
+from mpisph.smoothing import AXISYMMETRIC, CLASSIC
+from mpisph.sources import exchanged_fields, in_global_order
+
+DIGITS = 60
+PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459")
+SERIES_UP_TO = 2000.0
+
+ALUMINIUM = MaterialConstants(
+    eos=MIE_GRUENEISEN,
+    rho0=2710.0,
+    c0=5350.0,
+    slope=1.49,
+    gamma=1.7,
+    K=72e9,
+    mu=25e9,
+    Y=55e6,
+    a=0.5,
+    b=1.63,
+    A=78.5e9,
+    B=65e9,
+    E0=5e6,
+    Es=2.76e6,
+    Es_prime=14.1e6,
+    alpha=5.0,
+    beta=5.0,
+)
+COPPER = ALUMINIUM._replace(rho0=8930.0, c0=3940.0, mu=46e9, Y=120e6, K=140e9)
+
+SCHEME = Scheme(
+    alpha=2.5,
+    beta=1.5,
+    epsilon=0.001,
+    printed=False,
+    g1=0.5,
+    g2=1.0,
+    kappa=3.0,
+    self_term=True,
+    P_min=-math.inf,
+    P_min_mode=OFF,
+    smoothing=AXISYMMETRIC,
+    sound_speed_floor=0.01,
+)
+
+
+# -- The kernel
+
+
+def scaled_bessel(xi):
+    """Return exp(-xi) I0, exp(-xi) I1 and 1 - I1/I0 as decimals of 50 digits."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        x = Decimal(xi)
+        if xi <= SERIES_UP_TO:
+            i0, i1 = (n * (-x).exp() for n in _power_series(x))
+        else:
+            i0, i1 = (_asymptotic_series(x, n) for n in (0, 1))
+        return i0, i1, 1 - i1 / i0
+
+
+def _power_series(x):
+    """Return I0 and I1: all terms are positive, nothing cancels."""
+    w = x * x / 4
+    term = Decimal(1)
+    i0 = term
+    i1 = term
+    k = 0
+    while term > i0 * Decimal(10) ** -DIGITS:
+        k += 1
+        term *= w / (k * k)
+        i0 += term
+        i1 += term / (k + 1)
+    return i0, i1 * x / 2
+
+
+def _asymptotic_series(x, n):
+    """Return exp(-x) I_n; the terms fall to exp(-2 x) of the first one."""
+    term = Decimal(1)
+    total = term
+    for k in range(1, 60):
+        term *= -Decimal(4 * n * n - (2 * k - 1) ** 2) / (8 * k * x)
+        total += term
+    return total / (2 * PI * x).sqrt()
+
+
+def ring_averages_decimal(d2, h, xi):
+    """Return A0, A1, s2 and q (R1) of the floats given, to 50 digits."""
+    i0, i1, q = scaled_bessel(xi)
+    with localcontext() as context:
+        context.prec = DIGITS
+        G = (-Decimal(d2)).exp() / (PI * PI.sqrt() * Decimal(h) ** 3)
+        s2 = G * (i1 / Decimal(xi) if xi > 0 else Decimal("0.5"))
+        return G * i0, G * i1, s2, q
+
+
+def ring_points(r, n):
+    """Return the Cartesian positions x, y of `n` points on a ring."""
+    t = 2.0 * np.pi * np.arange(n) / n
+    return r * np.cos(t), r * np.sin(t), np.cos(t), np.sin(t)
+
+
+def gaussian_3d(distance2, h):
+    return np.exp(-distance2 / h**2) / (np.pi**1.5 * h**3)
+
+
+# -- Equations of state; each accepts complex rho and E
+
+
+def linear_pressure(rho, E, mat):
+    return mat.K * (rho - mat.rho0) / mat.rho0
+
+
+def mie_grueneisen_pressure(rho, E, mat):
+    """Hugoniot as the reference: P = P_H + Gamma rho (E - E_H)."""
+    m = rho / mat.rho0 - 1.0
+    a, k = mat.rho0 * mat.c0**2, mat.slope - 1.0
+    P_H = a * m
+    if m.real >= 0.0:
+        P_H = a * (m + (1.0 + 2.0 * k) * m**2 + (2.0 * k + 3.0 * k**2) * m**3)
+    E_H = 0.5 * P_H * (1.0 / mat.rho0 - 1.0 / rho)
+    return P_H + mat.gamma * rho * (E - E_H)
+
+
+def tillotson_pressure(rho, E, mat):
+    eta = rho / mat.rho0
+    bracket = mat.b / (E / mat.E0 / eta**2 + 1.0)
+    cold = (mat.a + bracket) * rho * E + mat.A * (eta - 1) + mat.B * (eta - 1) ** 2
+    fade = 1.0 / eta - 1.0
+    hot = mat.a * rho * E + (
+        bracket * rho * E + mat.A * (eta - 1.0) * cmath.exp(-mat.beta * fade)
+    ) * cmath.exp(-mat.alpha * fade**2)
+    if eta.real >= 1.0 or E.real <= mat.Es:
+        return cold
+    if E.real >= mat.Es_prime:
+        return hot
+    return ((E - mat.Es) * hot + (mat.Es_prime - E) * cold) / (mat.Es_prime - mat.Es)
+
+
+PRESSURES = {
+    LINEAR: linear_pressure,
+    MIE_GRUENEISEN: mie_grueneisen_pressure,
+    TILLOTSON: tillotson_pressure,
+}
+
+
+def pressure_and_slopes(rho, E, mat):
+    """Return P, dP/drho, dP/dE; the slopes as imaginary parts (complex step)."""
+    law, step = PRESSURES[mat.eos], 1e-30
+    return (
+        complex(law(rho, E, mat)).real,
+        complex(law(complex(rho, step), complex(E), mat)).imag / step,
+        complex(law(complex(rho), complex(E, step), mat)).imag / step,
+    )
+
+
+def pressure_and_sound_speed(rho, E, mat, scheme):
+    P, P_rho, P_E = pressure_and_slopes(rho, E, mat)
+    bulk = {
+        LINEAR: math.sqrt(mat.K / mat.rho0),
+        MIE_GRUENEISEN: mat.c0,
+        TILLOTSON: math.sqrt(mat.A / mat.rho0),
+    }[mat.eos]
+    floor = scheme.sound_speed_floor * bulk
+    c2 = P_rho + P * P_E / rho**2
+    c = math.sqrt(c2) if c2 > floor**2 else floor
+    if scheme.P_min_mode != OFF and scheme.P_min > P:
+        P = {CLAMP: scheme.P_min, ZERO: 0.0}[scheme.P_min_mode]
+    return P, c
+
+
+# -- Tensors in the order r (or x), theta (or y), z
+
+
+def deviator(S_rr, S_zz, S_rz):
+    return np.array([[S_rr, 0, S_rz], [0, -(S_rr + S_zz), 0], [S_rz, 0, S_zz]])
+
+
+def jaumann(L, S, mu):
+    """Return dS/dt of 3x3 tensors: 2 mu dev(D) + W S - S W."""
+    D, W = 0.5 * (L + L.T), 0.5 * (L - L.T)
+    return 2.0 * mu * (D - np.trace(D) / 3.0 * np.eye(3)) + W @ S - S @ W
+
+
+# -- Particles
+
+
+def cloud(n, seed, r_min=0.0, extent=12e-3, h=2e-3, h_spread=1.5, n_materials=1):
+    """Return particles at random places with random states.
+
+    The smoothing lengths lie between `h` and ``h * h_spread``, the radii between
+    `r_min` and ``r_min + extent``.
+    """
+    rng = np.random.default_rng(seed)
+    p = Particles.zeros(n)
+    p.id[:] = rng.permutation(n)
+    p.material[:] = rng.integers(0, n_materials, n)
+    p.r[:] = r_min + rng.uniform(0.0, extent, n)
+    p.z[:] = rng.uniform(-0.5 * extent, 0.5 * extent, n)
+    p.h[:] = h * h_spread ** rng.uniform(0.0, 1.0, n)
+    rho0 = np.array([ALUMINIUM.rho0, COPPER.rho0])[p.material]
+    p.rho[:] = rho0 * rng.uniform(0.9, 1.2, n)
+    p.m[:] = 2.0 * np.pi * p.r * p.rho * 1e-6 * rng.uniform(0.5, 2.0, n)
+    p.E[:] = rng.uniform(-1e5, 3e6, n)
+    p.u_r[:], p.u_z[:] = rng.uniform(-4e3, 4e3, (2, n))
+    p.stress[:] = rng.uniform(-5e9, 5e9, (3, n))
+    p.div[:] = rng.uniform(-1e6, 1e6, n)
+    return p
+
+
+def evaluate(p, scheme=SCHEME, materials=(ALUMINIUM,), h0=2e-3, ghosts=None):
+    """Let mpisph evaluate the rates of `p`, as one step does on one rank."""
+    fields = exchanged_fields(p, p.integrated)
+    if ghosts is not None:
+        fields = np.concatenate([fields, ghosts], axis=1)
+    lattice = make_lattice(h0, scheme.kappa)
+    ids = fields[0].view(np.int64)
+    cells = sort_into_cells(ids, fields[3], fields[4], fields[12], lattice)
+    s = in_global_order(fields, p.n, cells)
+    near = find_neighbours(
+        cells, s.slot, s.r, s.z, s.h, scheme.kappa, scheme.self_term, 64 * p.n
+    )
+    table = material_table(list(materials))
+    update_rates(s, near, table, scheme, p.rates, p.div, p.neighbours)
+    return p
+
+
+class BruteForce:
+    """Rates of all particles as Cartesian sums over rings of points (R2-R7, R10).
+
+    Attributes
+    ----------
+    L, dS : ndarray, shape (n, 3, 3)
+        Velocity gradient and rate of the stress deviator.
+    du, dE, drho, dh : ndarray
+        Rates; du has shape (n, 3), the others (n,).
+    count : ndarray, shape (n,)
+        Number of rings in each sum.
+    """
+
+    def __init__(self, p, scheme=SCHEME, materials=(ALUMINIUM,), points=400):
+        self.p, self.scheme, self.points = p, scheme, points
+        mats = [materials[k] for k in p.material]
+        P, self.c = np.array(
+            [
+                pressure_and_sound_speed(*state, scheme)
+                for state in zip(p.rho.tolist(), p.E.tolist(), mats, strict=True)
+            ]
+        ).T
+        S = np.array([deviator(*stress) for stress in p.stress.T])
+        self.sigma = P[:, None, None] * np.eye(3) - S
+        closing = np.where(p.div < 0.0, -2.0 * p.div, 0.0)
+        self.zeta = scheme.g1 * p.h * self.c + scheme.g2 * p.h**2 * closing
+        sums = [self._ring(a) for a in range(p.n)]
+        self.L, self.du, self.dE, self.count = (
+            np.array(x) for x in zip(*sums, strict=True)
+        )
+        div = np.trace(self.L, axis1=1, axis2=2)
+        self.drho = -p.rho * div
+        mu = [mat.mu for mat in mats]
+        self.dS = np.array(
+            [jaumann(*tensors) for tensors in zip(self.L, S, mu, strict=True)]
+        )
+        hoop = p.u_r / p.r * (1.0 / (1.0 + (0.01 * p.h / p.r) ** 2))
+        relative = {CLASSIC: div, AXISYMMETRIC: div - hoop}
+        self.dh = 0.5 * p.h * relative.get(scheme.smoothing, np.zeros(p.n))
+
+    def _ring(self, a):
+        """Return L, du, dE of particle a and the number of rings it sees."""
+        p, scheme = self.p, self.scheme
+        h = 0.5 * (p.h[a] + p.h)
+        apart2 = (p.r[a] - p.r) ** 2 + (p.z[a] - p.z) ** 2
+        seen = apart2 < (scheme.kappa * h) ** 2
+        seen[a] = scheme.self_term
+        b = np.flatnonzero(seen)
+        h = h[b]
+
+        # Ring b as points (b, angle, axis); a itself stands at angle zero.
+        x_b, y_b, cos, sin = ring_points(p.r[b, None], self.points)
+        zero = np.zeros_like(x_b)
+        frame = np.zeros((self.points, 3, 3))
+        frame[:, 0, 0], frame[:, 0, 1], frame[:, 1, 0] = cos, -sin, sin
+        frame[:, 1, 1] = cos
+        frame[:, 2, 2] = 1.0
+        apart = -np.stack([x_b - p.r[a], y_b, zero + p.z[b, None] - p.z[a]], axis=-1)
+        speed = np.stack([p.u_r[b], 0.0 * p.u_r[b], p.u_z[b]], axis=-1)
+        u_b = np.einsum("tij,bj->bti", frame, speed)
+        closing = np.array([p.u_r[a], 0.0, p.u_z[a]]) - u_b
+        sigma_b = np.einsum("tij,bjk,tlk->btil", frame, self.sigma[b], frame)
+
+        W = gaussian_3d((apart**2).sum(-1), h[:, None])
+        grad = -2.0 / h[:, None, None] ** 2 * apart * W[..., None]
+        mean = W.mean(1)
+        Pi, N = self._viscosity(a, b, h, W, mean, apart, closing)
+
+        m, rho = p.m[b], p.rho[b]
+        n = self.points
+        L = np.einsum("b,bti,btj->ij", m / rho / n, -closing, grad)
+        s_a = self.sigma[a] / p.rho[a] ** 2
+        s_b = sigma_b / rho[:, None, None, None] ** 2
+        stress = s_a + s_b + Pi[:, None, None, None] * np.eye(3)
+        du = -np.einsum("b,btij,btj->i", m / n, stress, grad)
+        dE = np.einsum("b,ij,bti,btj->", m / n, s_a, closing, grad)
+        F = -2.0 / h**2
+        if scheme.printed:  # heat goes by the same N as the force
+            dE += 0.5 * (m * Pi * F * mean * N).sum()
+        else:
+            dE += 0.5 * np.einsum("b,bti,bti->", m / n * Pi, closing, grad)
+
+        zeta, rho_ab = 0.5 * (self.zeta[a] + self.zeta[b]), 0.5 * (p.rho[a] + rho)
+        flow = 2.0 * zeta / rho_ab * (p.E[a] - p.E[b]) * F * mean
+        return L, du, dE + (m * flow).sum(), b.size
+
+    def _viscosity(self, a, b, h, W, mean, apart, closing):
+        """Return Pi and N of each pair from averages over the angle (R5)."""
+        p, scheme = self.p, self.scheme
+        N = ((closing * apart).sum(-1) * W).mean(1) / mean
+        if scheme.printed:
+            cos = ring_points(p.r[b, None], self.points)[2]
+            q = ((1.0 - cos) * W).mean(1) / mean
+            N = (p.r[a] - p.r[b]) * (p.u_r[a] - p.u_r[b])
+            N += (p.z[a] - p.z[b]) * (p.u_z[a] - p.u_z[b])
+            N += (p.r[a] * p.u_r[a] + p.r[b] * p.u_r[b]) * q
+        D = ((apart**2).sum(-1) * W).mean(1) / mean + scheme.epsilon * h**2
+        mu = np.where(N < 0.0, h * N / D, 0.0)
+        c, rho = 0.5 * (self.c[a] + self.c[b]), 0.5 * (p.rho[a] + p.rho[b])
+        return (-scheme.alpha * c * mu + scheme.beta * mu**2) / rho, N
+
+
+# -- Ranks
+
+
+def agree(comm, problems):
+    """Fail on every rank if any rank has problems; one that fails alone blocks all."""
+    everyone = comm.allgather([str(problem) for problem in problems])
+    assert not any(everyone), everyone
+
+
+def bits(array):
+    """Return an array's bits as integers, so that NaN equals NaN and -0 is not 0."""
+    return np.ascontiguousarray(array).view(np.int64)

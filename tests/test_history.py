@@ -1,0 +1,111 @@
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from mpisph.history import HISTORY_FILE, History, HistoryRow, read_history
+
+SELF = MPI.COMM_SELF
+
+
+def row(step):
+    """A row with numbers that need all of their digits."""
+    x = step / 3
+    return HistoryRow(
+        step=step,
+        time=x * 1e-6,
+        dt=np.float64(1e-9 / 7),
+        mass=0.1 + 0.2,
+        momentum_z=-x,
+        kinetic_energy=1e300 / 3,
+        internal_energy=5e-324,
+        energy_error=-1e-17 / 3,
+        cloud_radius=0.0,
+        cloud_length=np.nan,
+        particles=np.int64(2**40 + step),
+        imbalance=0.25,
+        wall=x,
+    )
+
+
+def write(folder, steps, **options):
+    with History(folder, SELF, **options) as history:
+        for step in steps:
+            history.write(row(step))
+    return folder / HISTORY_FILE
+
+
+def test_numbers_come_back_with_all_digits(tmp_path):
+    got = read_history(write(tmp_path, range(5)))
+    assert got.dtype.names == HistoryRow._fields
+    assert got["step"].dtype == np.int64
+    for step, line in enumerate(got):
+        np.testing.assert_array_equal(list(line), list(row(step)))
+
+
+def test_header_names_units(tmp_path):
+    header = write(tmp_path, []).read_text()
+    assert header == (
+        "step,time_s,dt_s,mass_kg,momentum_z_kg_m_per_s,kinetic_energy_J,"
+        "internal_energy_J,energy_error,cloud_radius_m,cloud_length_m,particles,"
+        "imbalance,wall_s\n"
+    )
+
+
+def test_numbers_are_plain(tmp_path):
+    """Numpy's repr would write np.float64(...)."""
+    line = write(tmp_path, [3]).read_text().splitlines()[1]
+    assert line.split(",")[:4] == ["3", "1e-06", repr(1e-9 / 7), "0.30000000000000004"]
+
+
+def test_an_empty_history_reads_as_no_lines(tmp_path):
+    assert read_history(write(tmp_path, [])).shape == (0,)
+
+
+def test_lines_can_be_read_while_the_run_goes_on(tmp_path):
+    with History(tmp_path, SELF) as history:
+        history.write(row(1))
+        assert len(read_history(tmp_path / HISTORY_FILE)) == 1
+
+
+def test_a_torn_last_line_is_left_out(tmp_path):
+    path = write(tmp_path, range(3))
+    text = path.read_text()
+    path.write_text(text[:-4])
+    assert read_history(path)["step"].tolist() == [0, 1]
+
+
+def test_resuming_drops_what_will_be_written_again(tmp_path):
+    path = write(tmp_path, range(5))
+    path.write_text(path.read_text()[:-4])
+    write(tmp_path, [3, 4], resume_step=2)
+    got = read_history(path)
+    assert got["step"].tolist() == [0, 1, 2, 3, 4]
+    np.testing.assert_array_equal(list(got[1]), list(row(1)))
+
+
+def test_a_new_run_starts_anew(tmp_path):
+    write(tmp_path, range(5))
+    assert read_history(write(tmp_path, [7]))["step"].tolist() == [7]
+
+
+def test_resuming_without_a_history_starts_one(tmp_path):
+    got = read_history(write(tmp_path, [7], resume_step=6))
+    assert got["step"].tolist() == [7]
+
+
+@pytest.mark.parametrize("text", ["", "a,b\n1,2\n"])
+def test_another_file_is_refused(tmp_path, text):
+    path = tmp_path / "x.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match="not a history"):
+        read_history(path)
+
+
+@pytest.mark.mpi(min_size=1)
+def test_only_rank_0_writes(mpi_tmp_path):
+    comm = MPI.COMM_WORLD
+    with History(mpi_tmp_path, comm) as history:
+        history.write(row(comm.rank + 5))
+    comm.barrier()
+    got = read_history(mpi_tmp_path / HISTORY_FILE)
+    assert got["step"].tolist() == [5]

@@ -1,0 +1,159 @@
+"""R1: the kernel averaged over the angle, against 50 digits, scipy and quadrature."""
+
+import numpy as np
+import pytest
+from oracles import gaussian_3d, ring_averages_decimal, ring_points, scaled_bessel
+from scipy.special import ive
+
+from mpisph.kernel import (
+    PI_POW,
+    XI_FAR,
+    exp_minus,
+    i0_far,
+    i0_near,
+    i1_near,
+    ratio_far,
+    ring_averages,
+    ring_averages_far,
+)
+
+ROUNDING = 2e-14
+"""`exp_minus` squares five times, so its rounding grows to 1.3e-14 at worst; the other
+factors add ten roundings of 1.1e-16 at most, and q = 1 - A1/A0 near xi = 16, where it
+is 0.03, magnifies those of the ratio 30 times."""
+
+EVERYWHERE = np.concatenate(
+    [
+        np.logspace(-10, 6, 97),
+        XI_FAR + np.linspace(-2.0, 2.0, 9),
+        [np.nextafter(XI_FAR, 0.0), np.nextafter(XI_FAR, 99.0)],
+    ]
+).tolist()
+FAR = [xi for xi in EVERYWHERE if xi >= XI_FAR]
+
+
+def averages(xi, d2=0.7, h=0.3):
+    return ring_averages(d2, 1.0 / h, xi, 1.0 / xi, xi**-0.5)
+
+
+def averages_far(xi, d2=0.7, h=0.3):
+    return ring_averages_far(d2, 1.0 / h, 1.0 / xi, xi**-0.5)
+
+
+def relative_errors(got, want):
+    return [abs(float(g / float(w) - 1.0)) for g, w in zip(got, want, strict=True)]
+
+
+@pytest.mark.parametrize("xi", [1e-3, 0.5, 15.0, 17.0, 300.0, 1.9e3, 2.1e3, 1e5])
+def test_the_decimal_oracle_agrees_with_scipy(xi):
+    i0, i1, _ = scaled_bessel(xi)
+    # scipy documents ive to a few units in the last place.
+    assert float(i0) == pytest.approx(ive(0, xi), rel=1e-15 * 8)
+    assert float(i1) == pytest.approx(ive(1, xi), rel=1e-15 * 8)
+
+
+def test_the_two_series_of_the_decimal_oracle_meet():
+    """At 2000 one ends and the other begins: q' = -q/xi within 1e-6 of that."""
+    below, above = (scaled_bessel(xi) for xi in (2000.0, np.nextafter(2000.0, 3e3)))
+    for one, other in zip(below, above, strict=True):
+        assert abs(float(other / one) - 1.0) < 3e-16
+
+
+@pytest.mark.parametrize("xi", EVERYWHERE)
+@pytest.mark.parametrize("d2", [0.0, 0.7, 9.0])
+def test_ring_averages_r1_at_any_xi(xi, d2):
+    want = ring_averages_decimal(d2, 0.3, xi)
+    assert max(relative_errors(averages(xi, d2), want)) < ROUNDING
+
+
+@pytest.mark.parametrize("xi", FAR)
+@pytest.mark.parametrize("d2", [0.0, 0.7, 9.0, 31.0])
+def test_ring_averages_far_r1(xi, d2):
+    want = ring_averages_decimal(d2, 0.3, xi)
+    assert max(relative_errors(averages_far(xi, d2), want)) < ROUNDING
+
+
+@pytest.mark.parametrize("xi", EVERYWHERE)
+def test_ring_averages_r1_against_scipy(xi):
+    h, d2 = 0.3, 0.7
+    A0, A1, s2, _ = averages(xi, d2, h)
+    G = np.exp(-d2) / (np.pi**1.5 * h**3)
+    assert A0 == pytest.approx(G * ive(0, xi), rel=ROUNDING)
+    assert A1 == pytest.approx(G * ive(1, xi), rel=ROUNDING)
+    assert s2 == pytest.approx(G * ive(1, xi) / xi, rel=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("r_a", "r_b", "z", "h"),
+    [
+        (0.001, 0.002, 0.5, 1.0),
+        (0.7, 1.1, -0.4, 0.5),
+        (2.0, 2.0, 0.0, 0.7),
+        (2.9, 2.8, 0.3, 1.0),
+        (40.0, 41.0, 1.0, 0.8),
+        (90.0, 90.5, 0.0, 0.2),
+    ],
+)
+def test_ring_averages_r1_are_angular_means_of_the_gaussian(r_a, r_b, z, h):
+    """The trapezoid rule converges exponentially: 8000 points resolve the rings."""
+    x, y, cos, sin = ring_points(r_b, 8000)
+    W = gaussian_3d((r_a - x) ** 2 + y**2 + z**2, h)
+    xi = 2.0 * r_a * r_b / h**2
+    d2 = ((r_a - r_b) ** 2 + z**2) / h**2
+    A0, A1, s2, q = averages(xi, d2, h)
+    # Squares of positions up to 90 are rounded at 1e-12 of h^2 = 0.04.
+    rel = 1e-13 * (1.0 + (r_a / h) ** 2 * 1e-4)
+    assert A0 == pytest.approx(W.mean(), rel=rel)
+    assert A1 == pytest.approx((W * cos).mean(), rel=rel)
+    assert s2 == pytest.approx((W * sin**2).mean(), rel=rel)
+    assert A0 - s2 == pytest.approx((W * cos**2).mean(), rel=rel)
+    assert q == pytest.approx((W * (1.0 - cos)).mean() / W.mean(), rel=rel)
+
+
+@pytest.mark.parametrize("junk", [0.0, 1.0, 1e290])
+def test_ring_averages_r1_on_the_axis(junk):
+    h, d2 = 0.3, 0.7
+    A0, A1, s2, q = ring_averages(d2, 1.0 / h, 0.0, junk, junk**0.5)
+    G = gaussian_3d(d2 * h**2, h)
+    assert A0 == pytest.approx(G, rel=ROUNDING)
+    assert A1 == 0.0
+    assert s2 == pytest.approx(0.5 * G, rel=ROUNDING)
+    assert q == 1.0
+
+
+def test_q_r1_has_no_cancellation_at_large_xi():
+    """1/(2 xi) + 1/(8 xi^2) + 1/(8 xi^3) + 25/(128 xi^4) + 13/(32 xi^5) + ..."""
+    for xi in np.logspace(3, 9, 13):
+        series = sum(
+            c / xi**k for k, c in enumerate([0.5, 0.125, 0.125, 25 / 128, 13 / 32], 1)
+        )
+        for q in (averages(xi)[3], averages_far(xi)[3]):
+            # The next term is below 2/xi^6, 4e-15 of q at xi = 1000.
+            assert q == pytest.approx(series, rel=5e-15)
+            assert q > 0.0
+
+
+def test_ring_averages_r1_are_the_same_from_both_forms():
+    for xi in FAR:
+        np.testing.assert_allclose(averages(xi), averages_far(xi), rtol=ROUNDING)
+
+
+def test_exp_minus():
+    x = np.linspace(0.0, 32.0, 4001)
+    got = np.array([exp_minus(value) for value in x])
+    # The polynomial adds terms up to 1 to e^-1 at the end: a relative rounding of
+    # (1 + e) x 1.1e-16, which five squarings make 32 times as large.
+    np.testing.assert_allclose(got, np.exp(-x), rtol=1.4e-14)
+
+
+def test_constants_and_polynomials_at_single_points():
+    assert pytest.approx(np.pi**-1.5, rel=1e-16) == PI_POW
+    xi = 10.0
+    w = xi**2 / 4.0
+    assert i0_near(w) * np.exp(-xi) == pytest.approx(ive(0, xi), rel=2e-15)
+    assert i1_near(w) * xi * np.exp(-xi) == pytest.approx(ive(1, xi), rel=2e-15)
+    xi = 20.0
+    y = XI_FAR / xi
+    assert i0_far(y) / np.sqrt(xi) == pytest.approx(ive(0, xi), rel=2e-15)
+    q = float(scaled_bessel(xi)[2])
+    assert ratio_far(y) / xi == pytest.approx(q, rel=1e-15)

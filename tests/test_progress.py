@@ -1,0 +1,119 @@
+import io
+
+import pytest
+from mpi4py import MPI
+from rich.console import Console
+
+from mpisph.progress import LOG_FILE, Progress, RunLog, is_interactive
+
+SELF = MPI.COMM_SELF
+
+
+class Clock:
+    """A wall clock that the test turns."""
+
+    now = 100.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def no_launcher(monkeypatch):
+    for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "SLURM_PROCID"):
+        monkeypatch.delenv(name, raising=False)
+
+
+def console(**options):
+    return Console(file=io.StringIO(), width=200, **options)
+
+
+def test_plain_lines_come_at_intervals_and_once_at_the_end():
+    clock, out = Clock(), console()
+    with Progress(SELF, 10e-6, out, interval=5.0, clock=clock) as progress:
+        for step in range(1, 13):
+            clock.now = 100.0 + step
+            progress.update(step * 0.5e-6, step, 1e-9)
+    lines = out.file.getvalue().splitlines()
+    # Five seconds after the first step, five after that, and the last one.
+    assert [line.split("step ")[1].split(",")[0] for line in lines] == ["6", "11", "12"]
+    # 0.5 us a second: from 3 us to 10 us it takes 14 s.
+    assert lines[0] == (
+        " 30.0%  t = 3.000 of 10.000 µs, step 6, dt = 1 ns, 0:00:14 left"
+    )
+
+
+def test_the_last_line_is_not_said_twice():
+    clock, out = Clock(), console()
+    with Progress(SELF, 1e-6, out, interval=0.0, clock=clock) as progress:
+        progress.update(1e-6, 1, 1e-9)
+    assert len(out.file.getvalue().splitlines()) == 1
+
+
+def test_no_step_says_nothing():
+    out = console()
+    with Progress(SELF, 1e-6, out):
+        pass
+    assert out.file.getvalue() == ""
+
+
+def test_a_terminal_gets_a_bar_and_the_log_gets_lines(tmp_path, no_launcher):
+    clock, out = Clock(), console(force_terminal=True)
+    with (
+        RunLog(tmp_path, SELF) as log,
+        Progress(SELF, 1e-6, out, log=log, interval=1.0, clock=clock) as progress,
+    ):
+        progress.update(0.25e-6, 1, 1e-9)
+        clock.now += 1.0
+        progress.update(0.5e-6, 2, 1e-9)
+    shown = out.file.getvalue()
+    assert "━" in shown
+    assert "50%" in shown
+    assert "step 2" in shown
+    assert (tmp_path / LOG_FILE).read_text().count("\n") == 1
+
+
+def test_a_terminal_under_a_launcher_does_not_count(monkeypatch, no_launcher):
+    out = console(force_terminal=True)
+    assert is_interactive(out)
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "1")
+    assert not is_interactive(out)
+    with Progress(SELF, 1e-6, out) as progress:
+        progress.update(1e-6, 1, 1e-9)
+    assert "\x1b" not in out.file.getvalue()
+
+
+def test_the_log_shows_its_lines_unchanged(tmp_path):
+    out = console(force_terminal=True)
+    with RunLog(tmp_path, SELF, out) as log:
+        log.write("[bold] 12 µm\n")
+        log.write("two\nlines")
+    assert (tmp_path / LOG_FILE).read_text() == "[bold] 12 µm\ntwo\nlines\n"
+    assert out.file.getvalue() == "[bold] 12 µm\ntwo\nlines\n"
+
+
+def test_a_resumed_log_goes_on(tmp_path):
+    for append in (False, True):
+        with RunLog(tmp_path, SELF, append=append) as log:
+            log.write("line")
+    assert (tmp_path / LOG_FILE).read_text() == "line\nline\n"
+    with RunLog(tmp_path, SELF):
+        pass
+    assert (tmp_path / LOG_FILE).read_text() == ""
+
+
+@pytest.mark.mpi(min_size=2)
+def test_only_rank_0_speaks(mpi_tmp_path):
+    comm = MPI.COMM_WORLD
+    out = console()
+    with (
+        RunLog(mpi_tmp_path, comm) as log,
+        Progress(comm, 1e-6, out, log=log) as progress,
+    ):
+        log.write(f"rank {comm.rank}")
+        progress.update(1e-6, 1, 1e-9)
+    comm.barrier()
+    assert bool(out.file.getvalue()) == (comm.rank == 0)
+    lines = (mpi_tmp_path / LOG_FILE).read_text().splitlines()
+    assert len(lines) == 2
+    assert lines[0] == "rank 0"

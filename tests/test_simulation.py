@@ -1,0 +1,147 @@
+"""The step: the same bits on any number of ranks, conservation, second order."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from plates import plate_impact, states_at
+
+from mpisph.case import load_case
+from mpisph.collectives import gather_all
+from mpisph.simulation import advance, rebalance, start, survey
+
+SHOT = Path(__file__).parents[1] / "cases" / "piekutowski-4-1353.toml"
+
+
+def steps(sim, count, balance_every=3):
+    """Make steps, exchanging owners often; return what the balance did."""
+    moved_edges = moved_particles = 0
+    for _ in range(count):
+        found = survey(sim)
+        advance(sim, sim.case.time.cfl * found.limit, found.claims)
+        if sim.step % balance_every == 0:
+            edges, owned = sim.edges, set(sim.particles.id.tolist())
+            rebalance(sim, found.work)
+            moved_edges += not np.array_equal(edges, sim.edges)
+            moved_particles += len(set(sim.particles.id.tolist()) - owned)
+    return moved_edges, moved_particles
+
+
+def assert_equal_on_root(comm, mine, reference):
+    """Compare all fields of all particles, bit by bit."""
+    everything = gather_all(comm, mine)
+    equal = True
+    if comm.rank == 0:
+        alone = gather_all(MPI.COMM_SELF, reference)
+        equal = np.array_equal(
+            everything.pack().view(np.int64), alone.pack().view(np.int64)
+        )
+    assert comm.bcast(equal)
+
+
+@pytest.mark.mpi(min_size=1)
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        (),
+        ("scheme.self_term=false", "scheme.viscosity.form=printed"),
+        ("scheme.eos=tillotson", "scheme.smoothing=classic", "scheme.p_min.mode=zero"),
+    ],
+    ids=["default", "printed", "tillotson"],
+)
+def test_any_number_of_ranks_gives_the_same_bits(overrides):
+    comm = MPI.COMM_WORLD
+    settings = ("resolution.npr=5", "parallel.imbalance_threshold=0.02", *overrides)
+    case = load_case(SHOT, settings)
+    sim = start(case, comm)
+    moved = np.array(steps(sim, 150))
+    comm.Allreduce(MPI.IN_PLACE, moved)
+    # What is compared has gone through migrations and moves of the edges.
+    assert comm.size == 1 or moved.min() > 0
+    alone = start(case, MPI.COMM_SELF)
+    steps(alone, 150)
+    assert_equal_on_root(comm, sim.particles, alone.particles)
+    mine, single = survey(sim), survey(alone)
+    assert np.array_equal(mine.sums, single.sums)
+    assert (mine.limit, mine.limited_by) == (single.limit, single.limited_by)
+
+
+@pytest.mark.mpi(min_size=2)
+def test_ranks_without_particles_change_nothing():
+    comm = MPI.COMM_WORLD
+    case = load_case(SHOT, ("resolution.npr=4",))
+    sim = start(case, comm)
+    # All particles go to the last rank, and stay with it.
+    sim.edges = np.full(comm.size - 1, -1.0)
+    quiet = np.ones(comm.size)
+    rebalance(sim, quiet)
+    owned = comm.allgather(sim.particles.n)
+    assert owned == [0] * (comm.size - 1) + [sim.n_total]
+    for _ in range(5):
+        found = survey(sim)
+        advance(sim, sim.case.time.cfl * found.limit, found.claims)
+    alone = start(case, MPI.COMM_SELF)
+    steps(alone, 5, balance_every=10)
+    assert_equal_on_root(comm, sim.particles, alone.particles)
+
+
+@pytest.mark.mpi(min_size=2)
+def test_work_is_shared_equally():
+    comm = MPI.COMM_WORLD
+    case = load_case(SHOT, ("resolution.npr=16",))
+    sim = start(case, comm)
+    rebalance(sim, survey(sim).work)
+    work = survey(sim).work
+    # The plate is 14 layers thick and a layer goes to one rank.
+    assert work.max() / work.mean() < 1.15
+
+
+def test_mass_momentum_and_energy_are_conserved():
+    case = load_case(SHOT, ("resolution.npr=6",))
+    sim = start(case, MPI.COMM_SELF)
+    first = survey(sim).sums
+    steps(sim, 200)
+    last = survey(sim).sums
+    assert last[0] == first[0]
+    assert abs(last[1] / first[1] - 1.0) < 1e-13
+    assert last[3] > 0.1 * first[2], "much of the energy has become heat"
+    assert abs((last[2] + last[3]) / first[2] - 1.0) < 2e-4
+
+
+def energy_error(case, time):
+    """Relative change of the total energy at `time`."""
+    (sim,) = states_at(case, (time,))
+    sums = survey(sim).sums
+    velocity = case.bodies[0].velocity
+    flyer = sim.particles.m[sim.particles.body == 0].sum()
+    return (sums[2] + sums[3]) / (0.5 * flyer * velocity**2) - 1.0
+
+
+def test_second_order_energy_error_falls_fourfold_when_the_step_is_halved():
+    case = plate_impact(3e3, 2e-3, 3e-3, 2e-4)
+    errors = []
+    for cfl in (0.2, 0.1, 0.05):
+        finer = case.model_copy(
+            update={"time": case.time.model_copy(update={"cfl": cfl})}
+        )
+        errors.append(energy_error(finer, 2e-7))
+    ratios = np.array(errors[:-1]) / np.array(errors[1:])
+    assert ratios == pytest.approx([4.0, 4.0], rel=0.2)
+
+
+def test_second_order_velocities_converge_with_the_step():
+    case = load_case(SHOT, ("resolution.npr=4", "scheme.p_min.mode=off"))
+    results = []
+    for step in (4e-9, 2e-9, 1e-9):
+        sim = start(case, MPI.COMM_SELF)
+        for _ in range(round(2e-7 / step)):
+            found = survey(sim)
+            advance(sim, step, found.claims)
+        results.append(gather_all(MPI.COMM_SELF, sim.particles).u_z)
+    coarse, fine = (
+        np.linalg.norm(one - other)
+        for one, other in pairwise(results)
+    )
+    assert coarse / fine == pytest.approx(4.0, rel=0.25)

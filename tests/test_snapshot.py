@@ -1,0 +1,308 @@
+"""Snapshots: contents against what was put in, and files against each other."""
+
+import errno
+import json
+import resource
+from contextlib import contextmanager
+
+import h5py
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+import mpisph.snapshot
+from mpisph.particles import FIELDS, Particles
+from mpisph.snapshot import read_series, read_snapshot, write_snapshot
+
+SELF = MPI.COMM_SELF
+CASE = 'title = "Größe"\n'
+METADATA = {"case": CASE, "revision": "abc-dirty", "versions": '{"numpy": "2"}'}
+
+
+def particles(ids):
+    """Particles whose fields are functions of the id, in the order given."""
+    ids = np.asarray(ids, np.int64)
+    p = Particles.zeros(len(ids))
+    p.id[:] = ids
+    p.body[:] = ids % 2
+    p.material[:] = ids % 3
+    p.values[:] = np.sin(0.1 + ids + np.arange(len(p.values))[:, None]) * 1e3
+    return p
+
+
+def share(comm, n, seed=3):
+    """Return this rank's share of 0..n-1, dealt at random; rank 0 gets none."""
+    rng = np.random.default_rng(seed)
+    owner = rng.integers(min(1, comm.size - 1), comm.size, n)
+    ids = rng.permutation(n)
+    return ids[owner[ids] == comm.rank]
+
+
+def write(comm, folder, n=50, index=3, **options):
+    values = {"time": 6e-6, "step": 12, "metadata": METADATA, "n_total": n} | options
+    mine = particles(share(comm, n))
+    return write_snapshot(comm, folder, index, mine, **values)
+
+
+def contents(path):
+    """Return every dataset and attribute of a file, bits and types included."""
+    found = {}
+
+    def visit(name, item):
+        for key, value in item.attrs.items():
+            found[f"{name}@{key}"] = (str(np.asarray(value).dtype), repr(value))
+        if isinstance(item, h5py.Dataset):
+            data = item[...]
+            found[name] = (str(data.dtype), data.shape, data.tobytes())
+
+    with h5py.File(path) as file:
+        file.visititems(visit)
+    return found
+
+
+def test_reading_returns_the_bits_written(tmp_path):
+    path = write(SELF, tmp_path)
+    assert path == tmp_path / "snapshots" / "snapshot_00003.vtkhdf"
+    got = read_snapshot(path)
+    want = particles(np.arange(50))
+    assert got[:3] == (6e-6, 12, CASE)
+    assert got.metadata == METADATA
+    names = {f.name for f in FIELDS if f.saved} | {"r", "z"}
+    assert set(got.arrays) == names
+    for name in names:
+        np.testing.assert_array_equal(got.arrays[name], getattr(want, name))
+        assert got.arrays[name].dtype == getattr(want, name).dtype
+
+
+def test_points_are_z_r_0_in_single_precision(tmp_path):
+    want = particles(np.arange(50))
+    with h5py.File(write(SELF, tmp_path)) as file:
+        points = file["VTKHDF/Points"][...]
+        u = file["VTKHDF/PointData/u"][...]
+    assert points.dtype == np.float32
+    np.testing.assert_array_equal(points[:, 0], want.z.astype(np.float32))
+    np.testing.assert_array_equal(points[:, 1], want.r.astype(np.float32))
+    np.testing.assert_array_equal(u[:, 0], want.u_z)
+    np.testing.assert_array_equal(u[:, 1], want.u_r)
+    assert not points[:, 2].any()
+    assert not u[:, 2].any()
+
+
+def test_every_column_names_symbol_unit_and_meaning(tmp_path):
+    with h5py.File(write(SELF, tmp_path)) as file:
+        data = file["VTKHDF/PointData"]
+        assert dict(data["rho"].attrs) == {
+            "symbol": "rho",
+            "unit": "kg/m3",
+            "meaning": "density",
+        }
+        for name, column in data.items():
+            assert set(column.attrs) == {"symbol", "unit", "meaning"}, name
+
+
+@pytest.mark.parametrize("n", [1, 50])
+def test_pyvista_reads_it(tmp_path, n):
+    pyvista = pytest.importorskip("pyvista")
+    mesh = pyvista.read(write(SELF, tmp_path, n))
+    want = particles(np.arange(n))
+    assert (mesh.n_points, mesh.n_cells) == (n, 1)
+    np.testing.assert_array_equal(mesh.points[:, 0], want.z.astype(np.float32))
+    np.testing.assert_array_equal(mesh.cells if n < 1 else mesh.verts[1:], range(n))
+    np.testing.assert_array_equal(mesh.point_data["rho"], want.rho)
+    np.testing.assert_array_equal(mesh.point_data["id"], want.id)
+    np.testing.assert_array_equal(mesh.point_data["u"][:, 0], want.u_z)
+
+
+def test_the_one_step_has_its_time_and_starts_at_the_beginning(tmp_path):
+    with h5py.File(write(SELF, tmp_path)) as file:
+        steps = file["VTKHDF/Steps"]
+        assert steps.attrs["NSteps"] == 1
+        assert steps["Values"][...].tolist() == [6e-6]
+        offsets = [steps[name] for name in steps if "Offsets" in name]
+        assert set(steps["PointDataOffsets"]) == set(file["VTKHDF/PointData"])
+        for item in [*offsets, *steps["PointDataOffsets"].values()]:
+            if isinstance(item, h5py.Dataset):
+                assert not item[...].any()
+
+
+@pytest.mark.parametrize("writer", ["parallel", "gather"])
+def test_no_particles_at_all(tmp_path, writer):
+    path = write(SELF, tmp_path, 0, writer=writer)
+    assert all(len(array) == 0 for array in read_snapshot(path).arrays.values())
+
+
+def test_particles_may_be_missing(tmp_path):
+    mine = particles([7, 2, 5])
+    path = write_snapshot(
+        SELF, tmp_path, 0, mine, time=0.0, step=0, metadata={}, n_total=10
+    )
+    got = read_snapshot(path)
+    assert got.case == ""
+    assert got.arrays["id"].tolist() == [2, 5, 7]
+
+
+def test_the_series_lists_names_and_times(tmp_path):
+    for index in range(3):
+        write(SELF, tmp_path, index=index, time=index * 1e-6)
+    series = json.loads((tmp_path / "snapshots.vtkhdf.series").read_text())
+    assert series["file-series-version"] == "1.0"
+    assert series["files"] == [
+        {"name": f"snapshots/snapshot_0000{k}.vtkhdf", "time": k * 1e-6}
+        for k in range(3)
+    ]
+    path = tmp_path / "snapshots" / "snapshot_00002.vtkhdf"
+    assert read_series(tmp_path)[2] == (path, 2e-6)
+
+
+def test_a_resumed_run_takes_later_snapshots_off_the_list(tmp_path):
+    for index in range(4):
+        write(SELF, tmp_path, index=index, time=float(index))
+    write(SELF, tmp_path, index=1, time=1.5)
+    assert [time for _, time in read_series(tmp_path)] == [0.0, 1.5]
+
+
+def test_an_empty_folder_has_an_empty_series(tmp_path):
+    assert read_series(tmp_path) == []
+
+
+def test_only_finished_files_remain(tmp_path):
+    write(SELF, tmp_path)
+    names = sorted(path.name for path in tmp_path.rglob("*") if path.is_file())
+    assert names == ["snapshot_00003.vtkhdf", "snapshots.vtkhdf.series"]
+
+
+def test_a_foreign_file_is_refused(tmp_path):
+    path = tmp_path / "other.h5"
+    with h5py.File(path, "w") as file:
+        file["x"] = 1
+    with pytest.raises(ValueError, match="not a snapshot"):
+        read_snapshot(path)
+
+
+def test_parallel_writer_without_parallel_h5py_is_refused(tmp_path, monkeypatch):
+    class Config:
+        mpi = False
+
+    monkeypatch.setattr(mpisph.snapshot.h5py, "get_config", Config)
+    with pytest.raises(ValueError, match="without MPI"):
+        write(SELF, tmp_path, writer="parallel")
+    # "auto" then gathers, and the file is the same.
+    gathered = write(SELF, tmp_path / "a")
+    monkeypatch.undo()
+    assert contents(gathered) == contents(write(SELF, tmp_path / "b"))
+
+
+@contextmanager
+def file_size_limit(size):
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def by_writer(test):
+    return pytest.mark.parametrize("writer", ["parallel", "gather"])(test)
+
+
+@pytest.mark.mpi(min_size=1)
+@by_writer
+@pytest.mark.parametrize("n", [0, 1, 2, 1000])
+def test_files_do_not_depend_on_the_number_of_ranks(mpi_tmp_path, writer, n):
+    comm = MPI.COMM_WORLD
+    reference = None
+    if comm.rank == 0:
+        reference = contents(write(SELF, mpi_tmp_path / "one", n, writer="gather"))
+    reference = comm.bcast(reference)
+    for size in range(1, comm.size + 1):
+        part = comm.Split(0 if comm.rank < size else 1, comm.rank)
+        if comm.rank < size:
+            path = write(part, mpi_tmp_path / str(size), n, writer=writer)
+            assert contents(path) == reference
+        part.Free()
+        comm.barrier()
+
+
+@pytest.mark.mpi(min_size=2)
+@by_writer
+def test_all_on_one_rank(mpi_tmp_path, writer):
+    comm = MPI.COMM_WORLD
+    mine = particles(np.arange(30)[::-1] if comm.rank == comm.size - 1 else [])
+    path = write_snapshot(
+        comm,
+        mpi_tmp_path,
+        0,
+        mine,
+        time=0.0,
+        step=0,
+        metadata=METADATA if comm.rank == 0 else {"case": "of another rank"},
+        n_total=30,
+        writer=writer,
+    )
+    got = read_snapshot(path)
+    np.testing.assert_array_equal(got.arrays["rho"], particles(np.arange(30)).rho)
+    assert got.case == CASE
+
+
+@pytest.mark.mpi(min_size=1)
+@by_writer
+def test_a_folder_that_cannot_be_made(mpi_tmp_path, writer):
+    comm = MPI.COMM_WORLD
+    folder = mpi_tmp_path / "file"
+    if comm.rank == 0:
+        folder.write_text("not a folder")
+    comm.barrier()
+    with pytest.raises(NotADirectoryError, match="snapshots"):
+        write(comm, folder, writer=writer)
+
+
+@pytest.mark.mpi(min_size=1)
+@by_writer
+@pytest.mark.parametrize("failing", ["first", "all"])
+def test_a_disk_that_refuses(mpi_tmp_path, writer, failing):
+    """The system lets no file grow to the size needed, on rank 0 or on all ranks."""
+    comm = MPI.COMM_WORLD
+    limited = failing == "all" or comm.rank == 0
+    size = 100_000 if limited else resource.RLIM_INFINITY
+    with (
+        file_size_limit(size),
+        pytest.raises(
+            OSError, match=r"for a snapshot of \d+ bytes: .*snapshots"
+        ) as got,
+    ):
+        write(comm, mpi_tmp_path, 20_000, writer=writer)
+    assert got.value.errno == errno.EFBIG
+    check_recovery(comm, mpi_tmp_path, writer)
+
+
+@pytest.mark.mpi(min_size=1)
+@pytest.mark.parametrize(
+    "error", [OSError(errno.EIO, "broken"), RuntimeError("broken")]
+)
+@by_writer
+def test_one_column_of_one_rank_fails(mpi_tmp_path, monkeypatch, writer, error):
+    comm = MPI.COMM_WORLD
+    write_column = mpisph.snapshot._write_column
+
+    def failing(vtk, column, *rest):
+        write_column(vtk, column, *rest)
+        if column.name.endswith("rho"):
+            raise error
+
+    culprit = comm.size - 1 if writer == "parallel" else 0
+    if comm.rank == culprit:
+        monkeypatch.setattr(mpisph.snapshot, "_write_column", failing)
+    with pytest.raises(OSError, match=rf"broken \(rank {culprit} of {comm.size}"):
+        write(comm, mpi_tmp_path, writer=writer)
+    monkeypatch.undo()
+    check_recovery(comm, mpi_tmp_path, writer)
+
+
+def check_recovery(comm, folder, writer):
+    """Check that nothing was left behind and that the next snapshot succeeds."""
+    comm.barrier()
+    assert not [path for path in folder.rglob("*") if path.is_file()]
+    comm.barrier()
+    path = write(comm, folder, writer=writer)
+    assert read_snapshot(path).step == 12
