@@ -14,12 +14,12 @@ from typing import NoReturn, TypeVar
 
 import click
 from mpi4py import MPI
-from rich.console import Console
 
 from mpisph import __version__
 from mpisph.case import Case, case_schema, load_case
 from mpisph.errors import CaseError, MpisphError
 from mpisph.estimate import estimate
+from mpisph.progress import open_console
 
 BAD_INPUT = 2
 UNSTABLE = 3
@@ -67,8 +67,8 @@ def run_case(case: Case, comm: MPI.Intracomm, folder: Path) -> None:
     from mpisph.run import run
 
     result = run(case, comm, folder)
-    console = Console(width=None if sys.stdout.isatty() else 110)
     if comm.rank == 0:
+        console = open_console(stderr=False)
         if result.comparisons:
             console.print(comparison_table(result))
         c, t = result.conservation, result.timing
@@ -102,6 +102,36 @@ def figures_command(folder: Path) -> None:
     comm = MPI.COMM_WORLD
     for path in on_root_or_raise(comm, lambda: draw_run(folder)):
         click.echo(path)
+
+
+@cli.command("clock")
+@click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
+def clock_command(folder: Path) -> None:
+    """Fit the experiment's clock offset on the run folder RUN.
+
+    The offset makes R_b and L_b at all measured exposures fit best. The run must have
+    gone on for some microseconds after the last exposure.
+    """
+    text = on_root_or_raise(MPI.COMM_WORLD, lambda: _clock_text(folder))
+    click.echo(text)
+
+
+def _clock_text(folder: Path) -> str:
+    from mpisph.clock import fit_clock
+    from mpisph.history import HISTORY_FILE, read_history
+    from mpisph.run import CASE_FILE
+
+    case = load_case(folder / CASE_FILE)
+    try:
+        fit = fit_clock(read_history(folder / HISTORY_FILE), case)
+    except ValueError as error:
+        raise MpisphError(f"{folder}: {error}") from error
+    lines = [f"clock offset {fit.offset * 1e6:.2f} us"]
+    for name, left, alone in zip(fit.names, fit.errors, fit.separate, strict=True):
+        lines.append(
+            f"  {name:16} error {100 * left:+5.1f} %, alone {alone * 1e6:5.2f} us"
+        )
+    return "\n".join(lines)
 
 
 def on_root_or_raise(comm: MPI.Intracomm, action: Callable[[], T]) -> T:

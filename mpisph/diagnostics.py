@@ -255,7 +255,7 @@ def measure_arrays(
     m: FloatArray,
     definition: CloudDefinition,
 ) -> CloudMeasure:
-    """Measure the cloud among the particles given, in any order.
+    """Measure the cloud among the particles given, in any order (R12).
 
     Parameters
     ----------

@@ -18,22 +18,38 @@ LOG_FILE = "log.txt"
 _LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "SLURM_PROCID")
 
 
-def is_interactive(console: Console) -> bool:
-    """Say whether a bar can be drawn on a console.
+def open_console(stderr: bool) -> Console:
+    """Return a console on a standard stream that knows whether a person looks on.
 
-    A launcher such as mpirun gives its ranks a pseudo-terminal even where its
-    own output goes to a file, so a terminal seen from below one counts for
-    nothing.
+    A launcher such as Open MPI's gives its ranks a pseudo-terminal as standard output
+    even where its own goes to a file, and a pipe as standard error even on a desk. So
+    below a launcher the launcher's own stream decides.
 
     Parameters
     ----------
-    console : rich.console.Console
+    stderr : bool
+        The standard error instead of the standard output.
 
     Returns
     -------
-    bool
+    rich.console.Console
+        Plain and 100 wide where no person looks on.
     """
-    return console.is_terminal and not any(name in os.environ for name in _LAUNCHERS)
+    if not any(name in os.environ for name in _LAUNCHERS):
+        console = Console(stderr=stderr)
+        return console if console.is_terminal else Console(stderr=stderr, width=100)
+    if _is_terminal_of_parent(2 if stderr else 1):
+        return Console(stderr=stderr, force_terminal=True, width=100)
+    return Console(stderr=stderr, force_terminal=False, width=100)
+
+
+def _is_terminal_of_parent(descriptor: int) -> bool:
+    """Say whether the parent process, the launcher, writes to a terminal."""
+    try:
+        target = os.readlink(f"/proc/{os.getppid()}/fd/{descriptor}")
+    except OSError:  # another system, or a launcher on another machine
+        return False
+    return target.startswith(("/dev/pts/", "/dev/tty"))
 
 
 class RunLog:
@@ -136,7 +152,7 @@ class Progress:
     ) -> None:
         self._active = comm.rank == 0
         self._end_time = end_time
-        self._console = Console(stderr=True) if console is None else console
+        self._console = open_console(stderr=True) if console is None else console
         self._log = log
         self._interval = interval
         self._clock = clock
@@ -147,7 +163,7 @@ class Progress:
 
     def __enter__(self) -> Self:
         """Start the bar where there is one."""
-        if self._active and is_interactive(self._console):
+        if self._active and self._console.is_terminal:
             self._bar = RichProgress(
                 BarColumn(bar_width=24),
                 TaskProgressColumn(),

@@ -13,7 +13,7 @@ from numba import njit
 
 from mpisph.constitutive import MaterialTable, pressure_and_sound_speed
 from mpisph.heat import diffusivity, heat_flow
-from mpisph.jit import EXACT, FAST, INLINE
+from mpisph.jit import EXACT, INLINE
 from mpisph.kernel import XI_FAR, ring_averages, ring_averages_far
 from mpisph.neighbours import NeighbourList
 from mpisph.particles import FloatArray
@@ -100,7 +100,7 @@ def ring_records(sources, table, scheme):
 
 @njit(**INLINE)
 def pair_terms(a, b, A0, A1, s2, q, dr, dz, d2, h, F, scheme):
-    """Return the terms of `PairSums` that ring b adds to ring a (R2-R6).
+    """Return the terms of `PairSums` that ring b adds to ring a (R2, R3, R4, R5, R6).
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def pair_terms(a, b, A0, A1, s2, q, dr, dz, d2, h, F, scheme):
     )
 
 
-@njit(**FAST)
+@njit(**INLINE)
 def pair_sums(a, rows, n, scheme, near_axis):
     """Sum `pair_terms` over the first `n` packed neighbours.
 

@@ -111,9 +111,11 @@ class Timing(_Model):
     wall: float
     """Time on the wall clock [s]."""
     step_ms: float
-    """Per step [ms]."""
+    """Per step, snapshots left out [ms]."""
     interaction_ns: float
-    """Rank time per directed interaction, all phases included [ns]."""
+    """Rank time per directed interaction, all phases but snapshots [ns]."""
+    phases: dict[str, float]
+    """Time in each phase, on the rank that spent most in it [s]."""
 
 
 class Result(_Model):

@@ -1,6 +1,5 @@
 """A whole run: steps, triggers, files and the result."""
 
-import math
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -31,7 +30,7 @@ from mpisph.result import (
     make_comparisons,
     write_result,
 )
-from mpisph.simulation import Simulation, advance, rebalance, start, survey
+from mpisph.simulation import Simulation, advance, rebalance, start, step_rule, survey
 from mpisph.snapshot import SERIES_FILE, SNAPSHOTS_FOLDER, write_snapshot
 from mpisph.stability import REASONS, STABLE
 from mpisph.survey import Survey
@@ -219,6 +218,7 @@ def step_to_end(sim: Simulation, recorder: Recorder) -> None:
         On all ranks, at the step at which the run broke down.
     """
     case = sim.case
+    rule = step_rule(case)
     targets = [0.0, *case.output_times]
     dt = first_dt = 0.0
     while True:
@@ -230,7 +230,7 @@ def step_to_end(sim: Simulation, recorder: Recorder) -> None:
             del targets[0]
             if not targets:
                 return
-        allowed = allowed_step(sim, found)
+        allowed = rule.allowed(found.limit)
         first_dt = first_dt or allowed
         _check_step(sim, found, allowed, first_dt)
         dt = step_to(targets[0] - sim.time, allowed)
@@ -240,15 +240,6 @@ def step_to_end(sim: Simulation, recorder: Recorder) -> None:
             sim.time = targets[0]
         if sim.step % case.parallel.rebalance_every == 0:
             rebalance(sim, found.work)
-
-
-def allowed_step(sim: Simulation, found: Survey) -> float:
-    """Return the fixed step, or the largest that the limits allow [s]."""
-    time_options = sim.case.time
-    if time_options.step == "fixed" and time_options.dt is not None:
-        return time_options.dt
-    longest = math.inf if time_options.dt is None else time_options.dt
-    return min(time_options.cfl * found.limit, longest)
 
 
 def check_stable(sim: Simulation, found: Survey, energy_error: float) -> None:
@@ -297,13 +288,23 @@ def describe_particle(sim: Simulation, who: int) -> str:
     return found[0] if found else f"particle {who}"
 
 
+def _longest_phases(sim: Simulation) -> dict[str, float]:
+    """Return the time of each phase on the rank that spent most in it; collective."""
+    longest: dict[str, float] = {}
+    for seconds in sim.comm.allgather(sim.phases.seconds):
+        for name, spent in seconds.items():
+            longest[name] = max(longest.get(name, 0.0), spent)
+    return longest
+
+
 def _conclude(
     sim: Simulation, recorder: Recorder, failure: UnstableError | None
 ) -> Result:
     """Gather what the result holds; collective."""
     wall = sim.comm.allreduce(recorder.wall, MPI.MAX)
     interactions = sim.comm.allreduce(sim.interactions, MPI.SUM)
-    steps = max(sim.step, 1)
+    phases = _longest_phases(sim)
+    stepping = wall - phases["output"]
     status: Status = "completed" if failure is None else "unstable"
     return Result(
         title=sim.case.title,
@@ -326,8 +327,9 @@ def _conclude(
             ranks=sim.comm.size,
             steps=sim.step,
             wall=wall,
-            step_ms=1e3 * wall / steps,
-            interaction_ns=1e9 * wall * sim.comm.size / max(interactions, 1),
+            step_ms=1e3 * stepping / max(sim.step, 1),
+            interaction_ns=1e9 * stepping * sim.comm.size / max(interactions, 1),
+            phases=phases,
         ),
         versions=versions(),
         revision=git_revision(),

@@ -37,6 +37,9 @@ from mpisph.smoothing import MODES
 from mpisph.sources import exchanged_fields, in_global_order
 from mpisph.stability import Bounds
 from mpisph.survey import Survey, take_survey
+from mpisph.timestep import StepRule
+
+NO_STEP = StepRule(fixed=True, longest=0.0, courant=0.0)
 
 
 @dataclass
@@ -168,7 +171,7 @@ def start(case: Case, comm: MPI.Intracomm) -> Simulation:
         edges=edges,
     )
     respond(sim.particles, sim.table, sim.scheme)
-    claims = survey(sim, longest_step=0.0).claims
+    claims = survey(sim, NO_STEP).claims
     evaluate_rates(sim, sim.particles.integrated.copy(), claims)
     return sim
 
@@ -196,25 +199,25 @@ def _scales(case: Case, initial: InitialParticles) -> tuple[float, FloatArray]:
     return energy, mass * terms
 
 
-def survey(sim: Simulation, longest_step: float = math.inf) -> Survey:
-    """Take the survey before a step (see `survey.take_survey`)."""
+def step_rule(case: Case) -> StepRule:
+    """Return how the case's steps follow from the limits."""
+    longest = math.inf if case.time.dt is None else case.time.dt
+    return StepRule(case.time.step == "fixed", longest, case.time.cfl)
+
+
+def survey(sim: Simulation, rule: StepRule | None = None) -> Survey:
+    """Take the survey before a step that follows `rule`, by default the case's."""
     with sim.phases.measure("survey"):
         return take_survey(
             sim.comm,
             sim.particles,
             sim.table,
             sim.scheme,
-            sim.case.time.cfl,
-            min(longest_step, fixed_step(sim.case)),
+            rule or step_rule(sim.case),
             sim.bounds,
             sim.sum_bounds,
             sim.cloud,
         )
-
-
-def fixed_step(case: Case) -> float:
-    """Return the longest step that the case allows [s], infinite if it sets none."""
-    return math.inf if case.time.dt is None else case.time.dt
 
 
 def rebalance(sim: Simulation, work: FloatArray) -> None:

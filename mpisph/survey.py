@@ -18,7 +18,7 @@ from mpisph.halo import claim
 from mpisph.particles import FloatArray, Particles
 from mpisph.scheme import Scheme
 from mpisph.stability import STABLE, Bounds, first_fault
-from mpisph.timestep import local_limit
+from mpisph.timestep import StepRule, local_limit
 
 N_SUMS = 4
 HEAD = 9
@@ -60,8 +60,7 @@ class Survey(NamedTuple):
 
 def take_survey(
     comm: MPI.Intracomm, p: Particles, table: MaterialTable, scheme: Scheme,
-    courant: float, longest_step: float, bounds: Bounds, sum_bounds: FloatArray,
-    cloud: CloudDefinition,
+    rule: StepRule, bounds: Bounds, sum_bounds: FloatArray, cloud: CloudDefinition,
 ) -> Survey:  # fmt: skip
     """Gather the records of all ranks (the step's only collective).
 
@@ -71,10 +70,8 @@ def take_survey(
     p : Particles
     table : structured ndarray
     scheme : Scheme
-    courant : float
-        Courant factor.
-    longest_step : float
-        No step is longer, whatever the limits allow [s].
+    rule : StepRule
+        Of the coming step: the halo claims must hold until its end.
     bounds : Bounds
         Of sound runs.
     sum_bounds : ndarray, shape (4,)
@@ -87,7 +84,7 @@ def take_survey(
     record = np.empty(HEAD + N_SUMS * CHUNKS)
     record[0] = limit
     record[1] = p.id[where] if where >= 0 else -1
-    record[2:4] = claim(p, scheme.kappa, min(courant * limit, longest_step))
+    record[2:4] = claim(p, scheme.kappa, rule.allowed(limit))
     record[4] = work_of(p.neighbours).sum()
     record[5:7] = fault, fault_id
     record[7:HEAD] = local_extent(p, cloud)

@@ -4,6 +4,7 @@ Each limit is scaled by the Courant factor, so that halving it halves every step
 """
 
 import math
+from typing import NamedTuple
 
 from numba import njit
 
@@ -69,6 +70,28 @@ def local_limit(p: Particles, scheme: Scheme) -> tuple[float, int]:
     """
     limit, where = _limits(p.h, p.c, p.div, p.du_r, p.du_z, scheme.alpha, scheme.beta)
     return float(limit), int(where)
+
+
+class StepRule(NamedTuple):
+    """How the length of a step follows from the limits.
+
+    Attributes
+    ----------
+    fixed : bool
+        Whether every step is `longest`, whatever the limits.
+    longest : float
+        The fixed step, or a cap, may be infinite [s].
+    courant : float
+        Courant factor of an automatic step.
+    """
+
+    fixed: bool
+    longest: float
+    courant: float
+
+    def allowed(self, limit: float) -> float:
+        """Return the step for the smallest `limit` [s] among some particles."""
+        return self.longest if self.fixed else min(self.courant * limit, self.longest)
 
 
 def step_to(remaining: float, dt: float) -> float:

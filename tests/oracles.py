@@ -10,6 +10,7 @@ import math
 from decimal import Decimal, localcontext
 
 import numpy as np
+import pytest
 
 from mpisph.constitutive import material_table
 from mpisph.eos import (
@@ -350,6 +351,14 @@ class BruteForce:
         mu = np.where(N < 0.0, h * N / D, 0.0)
         c, rho = 0.5 * (self.c[a] + self.c[b]), 0.5 * (p.rho[a] + p.rho[b])
         return (-scheme.alpha * c * mu + scheme.beta * mu**2) / rho, N
+
+
+# -- Comparisons
+
+
+def approx(want, rel=2e-15, abs=0.0):
+    """Return pytest.approx without its absolute tolerance of 1e-12."""
+    return pytest.approx(want, rel=rel, abs=abs)
 
 
 # -- Ranks

@@ -4,7 +4,7 @@ import numpy as np
 from mpi4py import MPI
 
 from mpisph.case import case_from_dict
-from mpisph.simulation import advance, start, survey
+from mpisph.simulation import advance, start, step_rule, survey
 from mpisph.timestep import step_to
 
 
@@ -41,7 +41,7 @@ def states_at(case, times, comm=MPI.COMM_SELF):
     for time in times:
         while sim.time < time:
             found = survey(sim)
-            dt = step_to(time - sim.time, case.time.cfl * found.limit)
+            dt = step_to(time - sim.time, step_rule(case).allowed(found.limit))
             advance(sim, dt, found.claims)
         yield sim
 

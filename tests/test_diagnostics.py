@@ -19,9 +19,9 @@ from mpisph.diagnostics import (
     conservation_errors,
     impact_velocity,
     in_cloud,
+    local_extent,
     measure_arrays,
     measure_cloud,
-    outermost,
     rear_face,
     totals,
 )
@@ -149,12 +149,19 @@ def test_order_of_particles_does_not_matter():
     assert len(results) == 1
 
 
+def test_local_extent_agrees_with_brute_force():
+    p = debris()
+    want = brute_force(p, DEFINITION)
+    assert local_extent(p, DEFINITION) == (want.radius, want.length)
+    assert local_extent(Particles.zeros(0), DEFINITION) == (0.0, 0.0)
+
+
 @pytest.mark.parametrize("rear", [1.0, math.inf])
 def test_no_cloud_measures_zero(rear):
     p = debris()
     d = DEFINITION._replace(rear=rear)
     assert measure_cloud(SELF, p, d) == (0.0,) * 6
-    assert outermost(SELF, p, d) == (0.0, 0.0)
+    assert local_extent(p, d) == (0.0, 0.0)
 
 
 def test_compare_gives_signed_fractions_and_leaves_gaps():
@@ -197,4 +204,5 @@ def test_measures_do_not_depend_on_the_number_of_ranks():
         owner = np.random.default_rng(seed).integers(lowest, comm.size, p.n)
         mine = p.take(owner == comm.rank)
         assert measure_cloud(comm, mine, DEFINITION) == want
-        assert outermost(comm, mine, DEFINITION) == (want.radius, want.length)
+        extents = np.array(comm.allgather(local_extent(mine, DEFINITION)))
+        assert tuple(extents.max(axis=0)) == (want.radius, want.length)

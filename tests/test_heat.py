@@ -1,18 +1,17 @@
 """R6: artificial heat conduction."""
 
 import numpy as np
-import pytest
-from oracles import gaussian_3d, ring_points
+from oracles import approx, gaussian_3d, ring_points
 
 from mpisph.heat import diffusivity, heat_flow
 
 
 def test_diffusivity_r6():
     g1, g2, h, c = 0.5, 1.0, 2e-3, 5350.0
-    assert diffusivity(g1, g2, h, c, 3e5) == pytest.approx(5.35, rel=1e-15)
+    assert diffusivity(g1, g2, h, c, 3e5) == approx(5.35, rel=1e-15)
     # In compression |div| - div is twice the magnitude: 2 h^2 3e5 = 2.4.
-    assert diffusivity(g1, g2, h, c, -3e5) == pytest.approx(5.35 + 2.4, rel=1e-15)
-    assert diffusivity(g1, 0.5, h, c, -3e5) == pytest.approx(5.35 + 1.2, rel=1e-15)
+    assert diffusivity(g1, g2, h, c, -3e5) == approx(5.35 + 2.4, rel=1e-15)
+    assert diffusivity(g1, 0.5, h, c, -3e5) == approx(5.35 + 1.2, rel=1e-15)
     assert diffusivity(0.0, 0.0, h, c, -3e5) == 0.0
 
 
@@ -27,9 +26,9 @@ def test_heat_flow_r6_is_the_mean_of_the_cartesian_form():
     cartesian = 2.0 * zeta / rho * (E_a - E_b) * (apart * grad).sum(0)
     want = (cartesian / (apart**2).sum(0)).mean()
     got = heat_flow(zeta, rho, E_a, E_b, -2.0 / h**2, W.mean())
-    assert got == pytest.approx(want, rel=1e-13)
+    assert got == approx(want, rel=1e-13)
     # Four over h^2, and from the hotter ring to the colder.
-    assert got == pytest.approx(4.0 / h**2 * zeta / rho * 3e6 * W.mean(), rel=1e-14)
+    assert got == approx(4.0 / h**2 * zeta / rho * 3e6 * W.mean(), rel=1e-14)
 
 
 def test_heat_flow_r6_is_antisymmetric():

@@ -1,10 +1,16 @@
+import contextlib
 import io
+import os
+import pty
+import subprocess
+import sys
 
 import pytest
+from launch import environment
 from mpi4py import MPI
 from rich.console import Console
 
-from mpisph.progress import LOG_FILE, Progress, RunLog, is_interactive
+from mpisph.progress import LOG_FILE, Progress, RunLog
 
 SELF = MPI.COMM_SELF
 
@@ -73,14 +79,50 @@ def test_a_terminal_gets_a_bar_and_the_log_gets_lines(tmp_path, no_launcher):
     assert (tmp_path / LOG_FILE).read_text().count("\n") == 1
 
 
-def test_a_terminal_under_a_launcher_does_not_count(monkeypatch, no_launcher):
-    out = console(force_terminal=True)
-    assert is_interactive(out)
-    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "1")
-    assert not is_interactive(out)
-    with Progress(SELF, 1e-6, out) as progress:
-        progress.update(1e-6, 1, 1e-9)
-    assert "\x1b" not in out.file.getvalue()
+SHOW = """
+from mpi4py import MPI
+from mpisph.progress import Progress, open_console
+with Progress(MPI.COMM_WORLD, 1e-6) as progress:
+    progress.update(0.5e-6, 7, 1e-9)
+if MPI.COMM_WORLD.rank == 0:
+    open_console(stderr=False).print("[bold]said[/]")
+"""
+
+
+@pytest.mark.parametrize("person", [True, False], ids=["terminal", "file"])
+@pytest.mark.parametrize(
+    "launcher", [(), ("mpirun", "-n", "2")], ids=["plain", "mpirun"]
+)
+def test_a_person_gets_a_bar_and_a_file_gets_lines(person, launcher, tmp_path):
+    terminal, stream = pty.openpty()
+    with (tmp_path / "out").open("wb+") as file:
+        out = stream if person else file
+        subprocess.run(
+            [*launcher, sys.executable, "-c", SHOW],
+            env=environment(TERM="xterm"),
+            stdout=out,
+            stderr=out,
+            stdin=subprocess.DEVNULL,
+            check=True,
+            timeout=60,
+        )
+        os.close(stream)
+        file.seek(0)
+        shown = _drain(terminal) if person else file.read().decode()
+    assert ("\x1b[" in shown) == person
+    assert ("━" in shown) == person
+    assert shown.count("said") == 1
+    assert "step 7" in shown
+
+
+def _drain(terminal):
+    """Read what was written to a pseudo-terminal whose other end is closed."""
+    parts = []
+    with contextlib.suppress(OSError):
+        while part := os.read(terminal, 65536):
+            parts.append(part)
+    os.close(terminal)
+    return b"".join(parts).decode()
 
 
 def test_the_log_shows_its_lines_unchanged(tmp_path):

@@ -50,7 +50,14 @@ def result(case, clouds):
             energy_error_final=math.nan,
             energy_error_max=math.inf,
         ),
-        timing=Timing(ranks=2, steps=7, wall=1.0, step_ms=1.0, interaction_ns=20.0),
+        timing=Timing(
+            ranks=2,
+            steps=7,
+            wall=1.0,
+            step_ms=1.0,
+            interaction_ns=20.0,
+            phases={"pair loop": 0.5},
+        ),
         versions={"numpy": "2"},
         revision="unknown",
     )

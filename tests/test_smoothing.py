@@ -2,7 +2,7 @@
 
 import math
 
-import pytest
+from oracles import approx
 
 from mpisph.smoothing import (
     AXIS_SOFTENING,
@@ -27,16 +27,16 @@ def test_fixed_r10():
 
 
 def test_classic_r10_eq20():
-    assert smoothing_rate(CLASSIC, H, DIV, U_R, R) == pytest.approx(-300.0, rel=1e-15)
+    assert smoothing_rate(CLASSIC, H, DIV, U_R, R) == approx(-300.0, rel=1e-15)
 
 
 def test_axisymmetric_r10_eq21():
     got = smoothing_rate(AXISYMMETRIC, H, DIV, U_R, R)
     eq21 = H / 2.0 * (DIV - U_R / R)
     softening = (0.01 * H / R) ** 2  # of u_r/r, to first order
-    assert got == pytest.approx(eq21, rel=softening)
+    assert got == approx(eq21, rel=softening)
     exact = H / 2.0 * (DIV - U_R / (R + (0.01 * H) ** 2 / R))
-    assert got == pytest.approx(exact, rel=1e-15)
+    assert got == approx(exact, rel=1e-15)
 
 
 def test_axisymmetric_r10_is_classic_without_radial_motion():
@@ -48,7 +48,7 @@ def test_axisymmetric_r10_of_plane_dilation_follows_the_plane_only():
     """A field u = (g r, g z) widens the r-z plane at 2 g: h grows at g h."""
     g = 1e5
     got = smoothing_rate(AXISYMMETRIC, H, 3.0 * g, g * R, R)
-    assert got == pytest.approx(g * H, rel=(0.01 * H / R) ** 2)
+    assert got == approx(g * H, rel=(0.01 * H / R) ** 2)
     # A pure hoop stretch at a fixed place in the plane leaves h alone.
     rate = smoothing_rate(AXISYMMETRIC, H, U_R / R, U_R, R)
     assert abs(rate) < H * U_R / R * (0.01 * H / R) ** 2
@@ -64,4 +64,4 @@ def test_axisymmetric_r10_is_bounded_at_the_axis():
     assert all(math.isfinite(rate) for rate in rates)
     # On the first ring of a lattice, r = dx/2 and h = 2 dx, by no more than 0.2 %.
     first = smoothing_rate(AXISYMMETRIC, H, 0.0, U_R, H / 4.0)
-    assert first == pytest.approx(-H / 2.0 * U_R / (H / 4.0), rel=2e-3)
+    assert first == approx(-H / 2.0 * U_R / (H / 4.0), rel=2e-3)

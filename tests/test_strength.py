@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from oracles import deviator, jaumann
+from oracles import approx, deviator, jaumann
 
 from mpisph.strength import equivalent_stress, jaumann_rate, yield_factor
 
@@ -64,20 +64,20 @@ def test_a_rigid_rotation_r7_turns_the_stress_and_changes_nothing_else(angle):
     np.testing.assert_allclose(deviator(*S), want, atol=tolerance * 5e8)
     assert not np.allclose(want, start, rtol=0.01) or angle > 6.0
     before = equivalent_stress(start[0, 0], start[2, 2], start[0, 2])
-    assert equivalent_stress(*S) == pytest.approx(before, rel=2.0 * tolerance)
+    assert equivalent_stress(*S) == approx(before, rel=2.0 * tolerance)
 
 
 @given(S=STRESSES)
 def test_equivalent_stress_r7_is_that_of_von_mises(S):
     T = deviator(*S)
     want = math.sqrt(1.5 * (T * T).sum())
-    assert equivalent_stress(*S) == pytest.approx(want, rel=1e-14, abs=1e-150)
+    assert equivalent_stress(*S) == approx(want, rel=1e-14, abs=1e-150)
 
 
 def test_equivalent_stress_r7_of_known_states():
     # Uniaxial tension s: deviator (2/3, -1/3, -1/3) s. Pure shear t: sqrt(3) t.
-    assert equivalent_stress(-1e8, 2e8, 0.0) == pytest.approx(3e8, rel=1e-15)
-    assert equivalent_stress(0.0, 0.0, 1e8) == pytest.approx(3**0.5 * 1e8, rel=1e-15)
+    assert equivalent_stress(-1e8, 2e8, 0.0) == approx(3e8, rel=1e-15)
+    assert equivalent_stress(0.0, 0.0, 1e8) == approx(3**0.5 * 1e8, rel=1e-15)
 
 
 @given(S=STRESSES, Y=st.floats(1e6, 1e9))
@@ -89,7 +89,7 @@ def test_yield_factor_r7_brings_the_stress_to_the_surface(S, Y):
         assert factor == 1.0
     else:
         assert factor < 1.0
-        assert after == pytest.approx(Y, rel=1e-14)
+        assert after == approx(Y, rel=1e-14)
 
 
 def test_yield_factor_r7_without_strength():

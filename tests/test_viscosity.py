@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from oracles import gaussian_3d, ring_points
+from oracles import approx, gaussian_3d, ring_points
 
 from mpisph.viscosity import approach, separation2, viscous_pressure
 
@@ -36,7 +36,7 @@ def test_approach_r5_is_the_mean_of_closing_times_distance(pair):
         r_a - r_b, z, ur_a - ur_b, uz_a - uz_b, r_a, r_b, ur_a, ur_b, q, False
     )
     # The terms are below 30 and add up with a rounding of 1e-16 each.
-    assert got == pytest.approx(N, rel=1e-13, abs=3e-15)
+    assert got == approx(N, rel=1e-13, abs=3e-15)
 
 
 @pytest.mark.parametrize("pair", PAIRS)
@@ -46,7 +46,7 @@ def test_approach_r5_as_printed_has_the_other_products(pair):
     arguments = (r_a - r_b, z, ur_a - ur_b, uz_a - uz_b, r_a, r_b, ur_a, ur_b, q)
     plane = (r_a - r_b) * (ur_a - ur_b) + z * (uz_a - uz_b)
     want = plane + (r_a * ur_a + r_b * ur_b) * q
-    assert approach(*arguments, True) == pytest.approx(want, rel=1e-14)
+    assert approach(*arguments, True) == approx(want, rel=1e-14)
     same = pair == PAIRS[-1]
     assert (approach(*arguments, True) == approach(*arguments, False)) == same
 
@@ -56,9 +56,9 @@ def test_separation_r5_is_the_mean_squared_distance_softened(pair):
     r_a, r_b, z, *_ = pair
     _, D, q = angular_means(*pair)
     d2 = (r_a - r_b) ** 2 + z**2
-    assert separation2(d2, r_a, r_b, q, 0.0, H) == pytest.approx(D, rel=1e-13)
+    assert separation2(d2, r_a, r_b, q, 0.0, H) == approx(D, rel=1e-13)
     softened = separation2(d2, r_a, r_b, q, 0.25, H)
-    assert softened == pytest.approx(D + 0.25 * H**2, rel=1e-13)
+    assert softened == approx(D + 0.25 * H**2, rel=1e-13)
 
 
 @pytest.mark.parametrize("N", [0.0, 1e-9, 3.0])
@@ -71,8 +71,8 @@ def test_viscous_pressure_r5_of_approaching_rings():
     mu = -420.0
     got = viscous_pressure(N, D, h, 2.5, 1.5, c, rho)
     want = (2.5 * 5350.0 * 420.0 + 1.5 * 420.0**2) / 2710.0
-    assert h * N / D == pytest.approx(mu, rel=1e-15)
-    assert got == pytest.approx(want, rel=1e-14)
+    assert h * N / D == approx(mu, rel=1e-15)
+    assert got == approx(want, rel=1e-14)
     assert viscous_pressure(N, D, h, 0.0, 0.0, c, rho) == 0.0
 
 

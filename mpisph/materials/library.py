@@ -18,8 +18,15 @@ __all__ = ["card_data", "card_names", "load_card", "nearest", "nearest_quoted"]
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known name that looks most like `word`, or None."""
     names = {name.lower(): name for name in known}
-    matches = difflib.get_close_matches(word.lower(), list(names), n=1, cutoff=0.6)
-    return names[matches[0]] if matches else None
+    typed = word.lower()
+    matches = difflib.get_close_matches(typed, list(names), n=3, cutoff=0.6)
+
+    def likeness(name: str) -> tuple[float, bool]:
+        # Of equally like names, swapped letters (nhp, nph) are the likelier slip.
+        ratio = difflib.SequenceMatcher(None, name, typed).ratio()
+        return ratio, sorted(name) == sorted(typed)
+
+    return names[max(matches, key=likeness)] if matches else None
 
 
 def nearest_quoted(word: str, known: Iterable[str]) -> str | None:

@@ -1,0 +1,38 @@
+"""Starting programs under mpirun from a test."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+TOP = Path(__file__).parents[1]
+CASES = TOP / "cases"
+MPISPH = str(Path(sys.executable).with_name("mpisph"))
+
+# What a Python that has imported MPI leaves in its environment stops another mpirun.
+LEFTOVERS = ("OMPI_", "PMIX_", "ORTE_")
+SETTINGS = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+    "OMPI_MCA_hwloc_base_binding_policy": "none",
+}
+
+
+def environment(**more):
+    """The environment for a program that starts MPI, or for mpirun itself."""
+    kept = {k: v for k, v in os.environ.items() if not k.startswith(LEFTOVERS)}
+    return {**kept, **SETTINGS, **more}
+
+
+def launch(ranks, *command, timeout=120, **more):
+    """Run a command on some ranks and return the completed process."""
+    return subprocess.run(
+        ["mpirun", "--quiet", "-n", str(ranks), *map(str, command)],
+        env=environment(**more),
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+    )

@@ -1,0 +1,161 @@
+"""The command line, on one and on several ranks."""
+
+import json
+import sys
+
+import pytest
+from launch import CASES, MPISPH, launch
+
+from mpisph.case import load_case
+from mpisph.snapshot import read_series, read_snapshot
+
+SHOT = CASES / "piekutowski-4-1353.toml"
+SHORT = ("--set", "resolution.npr=4", "--set", "time.end=1.2us")
+
+
+def test_run_writes_every_file_of_a_run(tmp_path):
+    folder = tmp_path / "run"
+    done = launch(2, MPISPH, "run", SHOT, *SHORT, "-o", folder)
+    assert done.returncode == 0, done.stderr
+    written = {p.relative_to(folder).as_posix() for p in folder.rglob("*")}
+    snapshots = {f"snapshots/snapshot_0000{i}.vtkhdf" for i in range(3)}
+    pictures = {f"figures/cloud_0{t}us.png" for t in ("0.00", "1.00", "1.20")}
+    assert written == snapshots | pictures | {
+        "snapshots",
+        "figures",
+        "case.toml",
+        "history.csv",
+        "log.txt",
+        "result.json",
+        "snapshots.vtkhdf.series",
+    }
+    result = json.loads((folder / "result.json").read_text())
+    assert result["status"] == "completed"
+    assert result["time"] == 1.2e-6
+    assert result["timing"]["ranks"] == 2
+    assert [t for _, t in read_series(folder)] == [0.0, 1e-6, 1.2e-6]
+    assert load_case(folder / "case.toml").resolution.npr == 4
+    last = read_snapshot(folder / "snapshots/snapshot_00002.vtkhdf")
+    assert last.case == (folder / "case.toml").read_text()
+    # Said once, not once a rank.
+    assert done.stdout.count("completed: ") == 1
+    assert "not reached" in done.stdout
+
+
+def test_one_and_three_ranks_write_the_same_files(tmp_path):
+    for ranks in (1, 3):
+        done = launch(ranks, MPISPH, "run", SHOT, *SHORT, "-o", tmp_path / f"{ranks}")
+        assert done.returncode == 0, done.stderr
+    names = [p.name for p, _ in read_series(tmp_path / "1")]
+    assert len(names) == 3
+    for name in names:
+        one, three = (tmp_path / n / "snapshots" / name for n in "13")
+        assert one.read_bytes() == three.read_bytes()
+    # All but the imbalance and the wall time, which are of the machine.
+    one, three = (
+        [
+            line.split(",")[:11]
+            for line in (tmp_path / n / "history.csv").read_text().split()
+        ]
+        for n in "13"
+    )
+    assert one == three
+
+
+def test_bad_input_is_told_once_with_its_place_and_exit_code_2(tmp_path):
+    case = tmp_path / "bad.toml"
+    case.write_text(SHOT.read_text().replace("nph = 2.0", "nhp = 2.0"))
+    done = launch(2, MPISPH, "run", case, "-o", tmp_path / "run")
+    assert done.returncode == 2
+    line = 1 + case.read_text().splitlines().index("nhp = 2.0")
+    assert done.stderr.count(f"{case}:{line}: resolution.nhp") == 1
+    assert "did you mean nph?" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("run", "no-such-case.toml"), "no-such-case.toml: no such file"),
+        (("run",), "Missing argument 'CASE'"),
+        (("run", SHOT, "--rank", "3"), "No such option '--rank'"),
+        (("run", SHOT, "--set", "time.cfl=-1"), "--set time.cfl=-1"),
+        (("run", SHOT, "--set", "time.cfl"), "--set time.cfl"),
+    ],
+)
+def test_mistakes_exit_with_code_2(arguments, text):
+    done = launch(1, MPISPH, *arguments)
+    assert done.returncode == 2
+    assert text in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_unstable_run_exits_with_code_3_and_keeps_what_it_wrote(tmp_path):
+    unstable = ("--set", "time.step=fixed", "--set", "time.dt=200 ns")
+    done = launch(2, MPISPH, "run", SHOT, *SHORT, *unstable, "-o", tmp_path)
+    assert done.returncode == 3
+    assert "unstable (" in done.stderr
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert result["status"] == "unstable"
+    assert result["reason"] in result["detail"] or result["detail"]
+    assert 0 < result["step"] < 7
+    kept = [p for p, _ in read_series(tmp_path)]
+    assert read_snapshot(kept[0]).time == 0.0
+    assert "unstable" in (tmp_path / "log.txt").read_text()
+
+
+def test_unwritable_folder_is_an_error_on_all_ranks(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    done = launch(2, MPISPH, "run", SHOT, *SHORT, "-o", tmp_path / "file" / "run")
+    assert done.returncode == 1
+    assert done.stderr.count("mpisph: ") == 1
+    assert "Traceback" not in done.stderr
+
+
+def test_dry_run_prints_the_size_and_writes_nothing(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = launch(2, MPISPH, "run", SHOT, "--dry-run")
+    assert done.returncode == 0, done.stderr
+    for word in ("particles", "memory", "steps", "2 ranks"):
+        assert done.stdout.count(word) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_schema_is_the_case_files_json_schema():
+    done = launch(2, MPISPH, "schema")
+    schema = json.loads(done.stdout)
+    assert {"bodies", "resolution", "scheme", "time"} <= set(schema["properties"])
+
+
+def test_figures_are_drawn_again(tmp_path):
+    options = (*SHORT, "--set", "output.figures=false", "-o", tmp_path)
+    assert launch(1, MPISPH, "run", SHOT, *options).returncode == 0
+    assert not (tmp_path / "figures").exists()
+    done = launch(1, MPISPH, "figures", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.split()) == len(list(tmp_path.glob("figures/*.png"))) == 3
+
+
+def test_an_exception_on_one_rank_ends_all():
+    broken = """
+import mpisph.cli
+from mpi4py import MPI
+
+def load_case(*_):
+    MPI.COMM_WORLD.Dup().Barrier()
+
+mpisph.cli.load_case = load_case
+if MPI.COMM_WORLD.rank == 1:
+    mpisph.cli.on_root_or_raise = None
+mpisph.cli.main()
+"""
+    done = launch(2, sys.executable, "-c", broken, "run", "x.toml", timeout=30)
+    assert done.returncode not in (0, 2, 3)
+    assert "rank 1" in done.stderr
+    assert "TypeError" in done.stderr
+
+
+def test_plain_python_is_a_run_of_one_rank(tmp_path):
+    done = launch(1, sys.executable, "-m", "mpisph", "--version")
+    assert done.stdout.startswith("mpisph, version")

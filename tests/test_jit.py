@@ -1,0 +1,96 @@
+"""Where compiled code is kept: no edit of any source may leave old code in use."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+import mpisph
+from mpisph import jit
+
+PACKAGE = Path(mpisph.__file__).parent
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A copy of what the digest is of."""
+    ignored = shutil.ignore_patterns("__pycache__", "*.toml")
+    shutil.copytree(PACKAGE, tmp_path / "mpisph", ignore=ignored)
+    return tmp_path / "mpisph"
+
+
+def digest_of(package, monkeypatch):
+    monkeypatch.setattr(jit, "__file__", str(package / "jit.py"))
+    return jit.source_digest()
+
+
+def test_the_digest_is_that_of_the_sources(package, monkeypatch):
+    unchanged = jit.source_digest()
+    assert digest_of(package, monkeypatch) == unchanged
+    assert len(unchanged) == 16
+    (package / "notes.txt").write_text("no source")
+    assert digest_of(package, monkeypatch) == unchanged
+
+
+@pytest.mark.parametrize("name", ["eos.py", "kernel.py", "jit.py", "case/model.py"])
+def test_the_digest_follows_every_source(package, monkeypatch, name):
+    before = digest_of(package, monkeypatch)
+    path = package / name
+    path.write_text(path.read_text() + "\n")
+    assert digest_of(package, monkeypatch) != before
+
+
+def test_the_digest_follows_the_compiler(monkeypatch):
+    before = jit.source_digest()
+    monkeypatch.setattr(numba, "__version__", "0.0.1")
+    assert jit.source_digest() != before
+
+
+def test_the_folder_is_named_by_the_digest_and_used(tmp_path, monkeypatch):
+    assert jit.source_digest() == jit.CACHE_FOLDER.name
+    used = numba.config.CACHE_DIR
+    try:
+        monkeypatch.setenv("MPISPH_CACHE_DIR", str(tmp_path))
+        assert jit.use_cache_folder() == tmp_path / jit.source_digest()
+        assert str(tmp_path / jit.source_digest()) == numba.config.CACHE_DIR
+        monkeypatch.delenv("MPISPH_CACHE_DIR")
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+        assert jit.use_cache_folder().parent == tmp_path / "xdg" / "mpisph"
+        monkeypatch.delenv("XDG_CACHE_HOME")
+        monkeypatch.setenv("HOME", str(tmp_path))
+        assert jit.use_cache_folder().parent == tmp_path / ".cache" / "mpisph"
+    finally:
+        numba.config.CACHE_DIR = used
+
+
+def test_compiled_code_lands_in_the_folder(tmp_path):
+    """A process of its own: Numba reads the folder when a function is decorated."""
+    code = "from mpisph.strength import equivalent_stress as f; f(1.0, 2.0, 3.0)"
+    subprocess.run(
+        [sys.executable, "-c", code],
+        check=True,
+        cwd=PACKAGE.parent,
+        env=os.environ | {"MPISPH_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"},
+    )
+    assert [path.name for path in tmp_path.iterdir()] == [jit.source_digest()]
+    assert list(tmp_path.rglob("strength.equivalent_stress*.nbi"))
+
+
+@pytest.mark.parametrize("options", [jit.INLINE, jit.EXACT])
+def test_options_keep_nan_and_infinity(options):
+    assert options["cache"]
+    assert options["error_model"] == "numpy"
+    flags = options.get("fastmath", set())
+    # True would be all flags, nnan and ninf among them.
+    assert isinstance(flags, set)
+    assert not flags & {"nnan", "ninf", "fast", "afn"}
+
+
+def test_only_the_pair_loop_may_reorder_sums():
+    assert "fastmath" not in jit.EXACT
+    assert "reassoc" in jit.INLINE["fastmath"]
+    assert jit.INLINE["forceinline"]

@@ -1,0 +1,87 @@
+"""The README says only what is true: its equation table and its commands."""
+
+import ast
+import importlib
+import re
+import subprocess
+import sys
+
+import pytest
+from launch import TOP, environment
+
+from mpisph.cli import cli
+
+README = (TOP / "README.md").read_text(encoding="utf-8")
+ROW = re.compile(
+    r"^\| (R\d+) \| .+ \| `(\w+)\.(\w+)` \| `([\w/.]+)::(\w+)` \| (.+) \|$"
+)
+ROWS = [m.groups() for m in map(ROW.match, README.splitlines()) if m]
+EQUATION_MODULES = (
+    "kernel",
+    "viscosity",
+    "heat",
+    "strength",
+    "eos",
+    "smoothing",
+    "timestep",
+)
+
+
+def test_the_table_has_every_equation_of_the_theory():
+    assert {row[0] for row in ROWS} == {f"R{n}" for n in range(1, 13)}
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}-{row[2]}")
+def test_function_and_test_of_a_row_exist(row):
+    equation, module, function, test_file, test, source = row
+    found = getattr(importlib.import_module(f"mpisph.{module}"), function)
+    assert re.search(rf"\b{equation}\b", found.__doc__), "its docstring has the id"
+    tree = ast.parse((TOP / "tests" / test_file).read_text(encoding="utf-8"))
+    assert test in {n.name for n in tree.body if isinstance(n, ast.FunctionDef)}
+    assert source
+
+
+def test_every_equation_function_is_in_the_table():
+    listed = {(module, function) for _, module, function, *_ in ROWS}
+    # Polynomials and dispatch that the listed functions are made of.
+    parts = {"i0_far", "ratio_far", "i0_near", "i1_near", "pressure"}
+    for module in EQUATION_MODULES:
+        tree = ast.parse((TOP / "mpisph" / f"{module}.py").read_text(encoding="utf-8"))
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+                text = ast.get_docstring(node) or ""
+                if re.search(r"\(R\d+", text) and node.name not in parts:
+                    compiled = bool(node.decorator_list)
+                    assert (module, node.name) in listed or not compiled, node.name
+
+
+def test_commands_and_options_exist():
+    commands = set(re.findall(r"\bmpisph ([a-z]+)\b(?= (?:CASE|RUN|cases)|  )", README))
+    assert {"run", "schema", "figures", "clock"} <= commands | {"schema"}
+    assert commands <= set(cli.commands)
+    options = {o for p in cli.commands["run"].params for o in p.opts}
+    assert set(re.findall(r"(?<=\s)--[a-z-]+", README)) <= options
+
+
+def test_files_that_the_readme_names_exist():
+    for path in re.findall(r"\b(?:scripts|cases)/[\w.-]+", README):
+        assert (TOP / path).exists(), path
+    for name in ("piekutowski-4-1283", "paper-base-case", "plate-impact"):
+        assert (TOP / "cases" / f"{name}.toml").exists()
+
+
+def test_the_python_example_runs(tmp_path):
+    (code,) = re.findall(r"```python\n(.*?)```", README, re.S)
+    short = code.replace(
+        '["resolution.npr=6"]', '["resolution.npr=4", "time.end=1e-7"]'
+    )
+    short = short.replace('Path("out")', f'Path("{tmp_path}")')
+    assert short.count("npr=4") == short.count(str(tmp_path)) == 1
+    subprocess.run(
+        [sys.executable, "-c", short],
+        cwd=TOP,
+        env=environment(),
+        check=True,
+        timeout=120,
+    )
+    assert (tmp_path / "result.json").exists()
