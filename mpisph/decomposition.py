@@ -60,7 +60,8 @@ def equal_work_edges(
     if not width > 0.0:
         return np.full(comm.size - 1, high)
     bins = np.minimum(((z - low) / width).astype(np.int64), BINS - 1)
-    histogram = np.bincount(bins, weights=work, minlength=BINS)
+    # Of an empty rank bincount returns integers, whatever the weights.
+    histogram = np.bincount(bins, weights=work, minlength=BINS).astype(np.float64)
     comm.Allreduce(MPI.IN_PLACE, histogram, MPI.SUM)
     below = np.concatenate([[0.0], np.cumsum(histogram)])
     targets = below[-1] * np.arange(1, comm.size) / comm.size

@@ -79,11 +79,21 @@ def mie_grueneisen(rho, E, mat):
 
 
 @njit(**EXACT)
+def tillotson_denominator(eta, E, mat):
+    """Return E/(E0 eta^2) + 1, at least 1 (R8).
+
+    Integration may leave a cold particle with a slightly negative energy, and the
+    equation has a pole at ``E = -E0 eta^2``.
+    """
+    return max(E, 0.0) / (mat.E0 * eta * eta) + 1.0
+
+
+@njit(**EXACT)
 def tillotson_compressed(rho, E, mat):
     """Return P, dP/drho, dP/dE of Tillotson's compressed or cold branch (R8)."""
     eta = rho / mat.rho0
     m = eta - 1.0
-    w = E / (mat.E0 * eta * eta) + 1.0
+    w = tillotson_denominator(eta, E, mat)
     share = mat.a + mat.b / w
     P = share * rho * E + m * (mat.A + mat.B * m)
     # dw/drho = -2 (w - 1)/rho and dw/dE = (w - 1)/E.
@@ -101,7 +111,7 @@ def tillotson_expanded(rho, E, mat):
     """Return P, dP/drho, dP/dE of Tillotson's expanded hot branch (R8)."""
     eta = rho / mat.rho0
     m = eta - 1.0
-    w = E / (mat.E0 * eta * eta) + 1.0
+    w = tillotson_denominator(eta, E, mat)
     x = 1.0 / eta - 1.0
     fade = math.exp(-mat.alpha * x * x)
     cold = mat.A * m * math.exp(-mat.beta * x)

@@ -161,11 +161,7 @@ def start(case: Case, comm: MPI.Intracomm) -> Simulation:
         scheme=scheme,
         table=make_table(case),
         lattice=make_lattice(case.smoothing_length, scheme.kappa),
-        bounds=Bounds(
-            case.limits.density_ratio_min,
-            case.limits.density_ratio_max,
-            case.limits.energy_ratio_max * energy,
-        ),
+        bounds=_bounds(case, energy),
         sum_bounds=sum_bounds,
         cloud=cloud_definition(case),
         edges=edges,
@@ -203,6 +199,17 @@ def step_rule(case: Case) -> StepRule:
     """Return how the case's steps follow from the limits."""
     longest = math.inf if case.time.dt is None else case.time.dt
     return StepRule(case.time.step == "fixed", longest, case.time.cfl)
+
+
+def _bounds(case: Case, energy: float) -> Bounds:
+    limits = case.limits
+    return Bounds(
+        density_min=limits.density_ratio_min,
+        density_max=limits.density_ratio_max,
+        energy=limits.energy_ratio_max * energy,
+        h_min=case.smoothing_length / limits.smoothing_ratio_max,
+        h_max=case.smoothing_length * limits.smoothing_ratio_max,
+    )
 
 
 def survey(sim: Simulation, rule: StepRule | None = None) -> Survey:

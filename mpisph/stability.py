@@ -13,10 +13,12 @@ STABLE = 0
 NON_FINITE = 1
 DENSITY = 2
 ENERGY = 3
+SMOOTHING = 4
 REASONS = {
     NON_FINITE: ("non_finite", "a field is not finite, or h is not positive"),
     DENSITY: ("density", "the density is out of bounds"),
     ENERGY: ("internal_energy", "the specific internal energy is out of bounds"),
+    SMOOTHING: ("smoothing_length", "the smoothing length is out of bounds"),
 }
 """Short name and meaning of each fault."""
 
@@ -30,11 +32,16 @@ class Bounds(NamedTuple):
         In units of the material's reference density.
     energy : float
         Largest magnitude of the specific internal energy [J/kg].
+    h_min, h_max : float
+        Smoothing length [m]; within a factor of 10^8 the cells of the neighbour
+        search can hold every particle.
     """
 
     density_min: float
     density_max: float
     energy: float
+    h_min: float
+    h_max: float
 
 
 @njit(**EXACT)
@@ -53,6 +60,8 @@ def _first_fault(ids, values, rho, E, h, material, table, bounds):
             kind = DENSITY
         elif abs(E[i]) > bounds.energy:
             kind = ENERGY
+        elif not bounds.h_min < h[i] < bounds.h_max:
+            kind = SMOOTHING
         if kind != STABLE and (fault == STABLE or ids[i] < who):
             fault, who = kind, ids[i]
     return fault, who
@@ -71,7 +80,7 @@ def first_fault(p: Particles, table: MaterialTable, bounds: Bounds) -> tuple[int
     Returns
     -------
     fault : int
-        `STABLE`, `NON_FINITE`, `DENSITY` or `ENERGY`.
+        One of `STABLE`, `NON_FINITE`, `DENSITY`, `ENERGY` and `SMOOTHING`.
     who : int
         Smallest id of a faulty particle, -1 for none.
     """

@@ -38,7 +38,7 @@ def strain_limit(div):
 
 
 @njit(**EXACT)
-def _limits(h, c, div, du_r, du_z, alpha, beta):
+def _limits(ids, h, c, div, du_r, du_z, alpha, beta):
     smallest = math.inf
     where = -1
     for i in range(h.size):
@@ -47,7 +47,8 @@ def _limits(h, c, div, du_r, du_z, alpha, beta):
             force_limit(h[i], du_r[i], du_z[i]),
             strain_limit(div[i]),
         )
-        if limit < smallest:
+        tie = limit == smallest and where >= 0 and ids[i] < ids[where]
+        if limit < smallest or tie:
             smallest = limit
             where = i
     return smallest, where
@@ -66,9 +67,12 @@ def local_limit(p: Particles, scheme: Scheme) -> tuple[float, int]:
     limit : float
         Infinite where the rank owns no particle [s].
     where : int
-        Index of the particle that sets it, -1 for none.
+        Index of the particle that sets it, of several the one of smallest id; -1 for
+        none.
     """
-    limit, where = _limits(p.h, p.c, p.div, p.du_r, p.du_z, scheme.alpha, scheme.beta)
+    limit, where = _limits(
+        p.id, p.h, p.c, p.div, p.du_r, p.du_z, scheme.alpha, scheme.beta
+    )
     return float(limit), int(where)
 
 

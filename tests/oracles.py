@@ -150,7 +150,8 @@ def mie_grueneisen_pressure(rho, E, mat):
 
 def tillotson_pressure(rho, E, mat):
     eta = rho / mat.rho0
-    bracket = mat.b / (E / mat.E0 / eta**2 + 1.0)
+    # A negative energy, which integration may leave, does not reach the pole.
+    bracket = mat.b / ((E if E.real > 0.0 else 0.0) / mat.E0 / eta**2 + 1.0)
     cold = (mat.a + bracket) * rho * E + mat.A * (eta - 1) + mat.B * (eta - 1) ** 2
     fade = 1.0 / eta - 1.0
     hot = mat.a * rho * E + (

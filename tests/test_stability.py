@@ -11,12 +11,13 @@ from mpisph.stability import (
     ENERGY,
     NON_FINITE,
     REASONS,
+    SMOOTHING,
     STABLE,
     Bounds,
     first_fault,
 )
 
-BOUNDS = Bounds(density_min=0.01, density_max=5.0, energy=1e8)
+BOUNDS = Bounds(density_min=0.01, density_max=5.0, energy=1e8, h_min=1e-6, h_max=1e3)
 TABLE = material_table([ALUMINIUM, COPPER])
 
 
@@ -66,6 +67,15 @@ def test_energy_is_bounded_on_both_sides(E):
     assert first_fault(p, TABLE, BOUNDS) == (STABLE, -1)
 
 
+@pytest.mark.parametrize("h", [0.9e-6, 1.1e3])
+def test_smoothing_length_is_bounded_on_both_sides(h):
+    p = sound()
+    p.h[7] = h
+    assert first_fault(p, TABLE, BOUNDS) == (SMOOTHING, p.id[7])
+    p.h[7] = {0.9e-6: 1.1e-6, 1.1e3: 0.9e3}[h]
+    assert first_fault(p, TABLE, BOUNDS) == (STABLE, -1)
+
+
 def test_the_faulty_particle_of_smallest_id_is_named_in_any_order():
     p = sound()
     by_id = np.argsort(p.id)
@@ -78,4 +88,4 @@ def test_the_faulty_particle_of_smallest_id_is_named_in_any_order():
 
 
 def test_every_fault_has_a_reason():
-    assert set(REASONS) == {NON_FINITE, DENSITY, ENERGY}
+    assert set(REASONS) == {NON_FINITE, DENSITY, ENERGY, SMOOTHING}

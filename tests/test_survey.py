@@ -17,7 +17,7 @@ from mpisph.survey import take_survey
 from mpisph.timestep import StepRule
 
 TABLE = material_table([ALUMINIUM, COPPER])
-BOUNDS = Bounds(density_min=0.01, density_max=5.0, energy=1e8)
+BOUNDS = Bounds(density_min=0.01, density_max=5.0, energy=1e8, h_min=1e-6, h_max=1e3)
 CLOUD = CloudDefinition(rear=1e-3, min_velocity=500.0, quantile=0.99)
 AUTOMATIC = StepRule(fixed=False, longest=math.inf, courant=0.3)
 

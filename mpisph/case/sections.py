@@ -58,7 +58,7 @@ class Viscosity(FrozenModel):
     """Coefficient of the term linear in velocity."""
     beta: NonNegative = 2.5
     """Coefficient of the term quadratic in velocity."""
-    epsilon: NonNegative = 0.001
+    epsilon: Positive = 0.001
     """Fraction of h^2 that keeps the denominator from vanishing."""
     form: Literal["derived", "printed"] = "derived"
     """Ring-averaged form, or eq (12) as the source paper prints it."""
@@ -172,6 +172,8 @@ class Limits(FrozenModel):
     """Smallest density over the reference density."""
     energy_ratio_max: Positive = 50.0
     """Specific internal energy over the largest initial specific kinetic energy."""
+    smoothing_ratio_max: Annotated[float, Field(gt=1, le=1e6), Quantity("")] = 1e3
+    """Largest factor by which a smoothing length may grow or shrink."""
     step_ratio_min: Positive = 1e-4
     """Smallest time step over the first one."""
 
