@@ -17,7 +17,7 @@ from mpi4py import MPI
 
 from mpisph import __version__
 from mpisph.case import Case, case_schema, load_case
-from mpisph.errors import CaseError, MpisphError
+from mpisph.errors import CaseError, CollectiveError, MpisphError
 from mpisph.estimate import estimate
 from mpisph.progress import open_console
 
@@ -100,7 +100,10 @@ def figures_command(folder: Path) -> None:
     from mpisph.figures import draw_run
 
     comm = MPI.COMM_WORLD
-    for path in on_root_or_raise(comm, lambda: draw_run(folder)):
+    paths = on_root_or_raise(comm, lambda: draw_run(folder))
+    if not paths:
+        raise MpisphError(f"{folder}: no snapshots to draw; is it a run's folder?")
+    for path in paths:
         click.echo(path)
 
 
@@ -139,17 +142,19 @@ def on_root_or_raise(comm: MPI.Intracomm, action: Callable[[], T]) -> T:
 
     Raises
     ------
-    MpisphError, OSError
-        On all ranks, what the action raised.
+    MpisphError, CollectiveError
+        On all ranks; an OSError of the action becomes the latter.
     """
-    outcome: T | MpisphError | OSError | None = None
+    outcome: T | MpisphError | CollectiveError | None = None
     if comm.rank == 0:
         try:
             outcome = action()
-        except (MpisphError, OSError) as error:
+        except MpisphError as error:
             outcome = error
+        except OSError as error:
+            outcome = CollectiveError(error.errno, error.strerror, error.filename)
     outcome = comm.bcast(outcome)
-    if isinstance(outcome, MpisphError | OSError):
+    if isinstance(outcome, MpisphError | CollectiveError):
         raise outcome
     return outcome
 
@@ -185,8 +190,11 @@ def _run(first: bool) -> int:
         if first:
             click.echo(f"mpisph: {error}", err=True)
         return BAD_INPUT
-    except (MpisphError, OSError) as error:
+    except (MpisphError, CollectiveError) as error:
         if first:
             click.echo(f"mpisph: {error}", err=True)
         return 1
+    except OSError as error:  # the other ranks know nothing of it
+        click.echo(f"mpisph: rank {MPI.COMM_WORLD.rank}: {error}", err=True)
+        MPI.COMM_WORLD.Abort(1)
     return code if isinstance(code, int) else 0

@@ -16,6 +16,7 @@ from mpi4py import MPI
 from numba import njit
 
 import mpisph.jit  # noqa: F401  it sets Numba's cache folder before first use
+from mpisph.errors import CollectiveError
 from mpisph.particles import LABELS, VALUES, FloatArray, IntArray, Particles
 
 CHUNKS = 4
@@ -29,66 +30,23 @@ _SMALLEST_EXPONENT = -900
 # The scale 2^(34 - exponent) must stay a finite float64.
 
 
-def magnitude_bounds(comm: MPI.Intracomm, rows: FloatArray) -> FloatArray:
-    """Return the largest magnitude of each row over all ranks, exactly.
+def fixed_point_chunks(rows: FloatArray, bounds: FloatArray) -> IntArray:
+    """Return this rank's part of sums over all ranks, to be added up as integers.
+
+    `from_chunks` of the added-up parts is the sum, with the same bits on any number of
+    ranks. Values down to ``2**-49`` of their bound are summed exactly, so the result
+    is then the correctly rounded sum. What lies below ``2**-102`` of the bound is cut
+    off: the error of `n` values is less than ``n * 2**-102 * bound``, which is 3e-23 of
+    the bound for ``2**27`` values.
 
     Parameters
     ----------
-    comm : MPI.Intracomm
-    rows : ndarray of float64, shape (k, n)
-        Values of the owned particles; `n` may differ between ranks.
-
-    Returns
-    -------
-    ndarray of float64, shape (k,)
-        Infinite where a row holds a NaN: `MPI.MAX` has no rule for NaN.
-    """
-    bounds: FloatArray = np.abs(rows).max(axis=1, initial=0.0)
-    bounds[np.isnan(bounds)] = math.inf
-    comm.Allreduce(MPI.IN_PLACE, bounds, MPI.MAX)
-    return bounds
-
-
-def reproducible_sum(
-    comm: MPI.Intracomm, rows: FloatArray, bounds: FloatArray
-) -> FloatArray:
-    """Sum each row over all particles of all ranks, to the same bits always.
-
-    Values down to ``2**-49`` of their bound are summed exactly, so the result
-    is then the correctly rounded sum. What lies below ``2**-102`` of the bound
-    is cut off: the error of `n` values is less than ``n * 2**-102 * bound``,
-    which is 3e-23 of the bound for ``2**27`` values. (A bound below
-    ``2**-900`` counts as ``2**-900``.)
-
-    Parameters
-    ----------
-    comm : MPI.Intracomm
     rows : ndarray of float64, shape (k, n)
         Values of the owned particles; `n` may differ between ranks. At most
         ``2**29`` values a row over all ranks.
     bounds : ndarray of float64, shape (k,)
         A bound on the magnitude of every value of a row, equal on all ranks.
         It may be loose.
-
-    Returns
-    -------
-    ndarray of float64, shape (k,)
-        NaN where a value is NaN or larger than its bound, or where the bound
-        is not finite.
-    """
-    total = fixed_point_chunks(rows, bounds)
-    comm.Allreduce(MPI.IN_PLACE, total, MPI.SUM)
-    return from_chunks(total, bounds)
-
-
-def fixed_point_chunks(rows: FloatArray, bounds: FloatArray) -> IntArray:
-    """Return this rank's part of `reproducible_sum`, to be added up as integers.
-
-    Parameters
-    ----------
-    rows : ndarray of float64, shape (k, n)
-    bounds : ndarray of float64, shape (k,)
-        See `reproducible_sum`.
 
     Returns
     -------
@@ -114,6 +72,8 @@ def from_chunks(total: IntArray, bounds: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray of float64, shape (k,)
+        NaN where a value is NaN or larger than its bound, or where the bound is not
+        finite.
     """
     sums = np.full(len(bounds), math.nan)
     for row, bound in enumerate(bounds):
@@ -261,26 +221,31 @@ def gather_all(
     return _sorted_by_id(_from_records(received)) if comm.rank == root else None
 
 
-def raise_together(comm: MPI.Intracomm, error: OSError | None) -> None:
+def raise_together(comm: MPI.Intracomm, error: Exception | None) -> None:
     """Raise on every rank if any rank met an error, so that none waits for ever.
 
     Parameters
     ----------
     comm : MPI.Intracomm
-    error : OSError or None
+    error : Exception or None
         What this rank met.
 
     Raises
     ------
-    OSError
-        On all ranks, with the number and text of the lowest failing rank's
-        error; chained to this rank's own where it has one.
+    CollectiveError
+        On all ranks, with the number and text of the lowest failing rank's OSError;
+        chained to this rank's own where it has one.
+    RuntimeError
+        On all ranks, with the text of any other error.
     """
     failing = comm.allreduce(comm.size if error is None else comm.rank, MPI.MIN)
     if failing == comm.size:
         return
     number, text = comm.bcast(error and _described(error), root=failing)
-    raise OSError(number, f"{text} (rank {failing} of {comm.size})") from error
+    text = f"{text} (rank {failing} of {comm.size})"
+    if number is None:
+        raise RuntimeError(text) from error
+    raise CollectiveError(number, text) from error
 
 
 def on_root(comm: MPI.Intracomm, action: Callable[[], object]) -> None:
@@ -294,14 +259,14 @@ def on_root(comm: MPI.Intracomm, action: Callable[[], object]) -> None:
 
     Raises
     ------
-    OSError
-        On all ranks, if the action met one.
+    CollectiveError, RuntimeError
+        On all ranks, if the action failed; see `raise_together`.
     """
     raise_together(comm, caught(action) if comm.rank == 0 else None)
 
 
-def caught(action: Callable[[], object]) -> OSError | None:
-    """Do something and return the OSError it met instead of raising it.
+def caught(action: Callable[[], object]) -> Exception | None:
+    """Do something and return the error it met instead of raising it.
 
     Parameters
     ----------
@@ -310,21 +275,23 @@ def caught(action: Callable[[], object]) -> OSError | None:
 
     Returns
     -------
-    OSError or None
-        A RuntimeError becomes an OSError: h5py reports some failures of the
-        file system as the former.
+    Exception or None
+        A RuntimeError becomes an OSError: h5py reports some failures of the file
+        system as the former.
     """
     try:
         action()
-    except OSError as error:
-        return error
     except RuntimeError as error:
         return OSError(errno.EIO, str(error))
+    except Exception as error:  # raised again on all ranks
+        return error
     return None
 
 
-def _described(error: OSError) -> tuple[int, str]:
-    """Return the number of an error, and its text with the file it names."""
+def _described(error: Exception) -> tuple[int | None, str]:
+    """Return the number of an OSError, and its text with the file it names."""
+    if not isinstance(error, OSError):
+        return None, f"{type(error).__name__}: {error}"
     text = error.strerror or str(error)
     if error.filename is not None:
         text = f"{text}: {error.filename}"

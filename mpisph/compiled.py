@@ -8,6 +8,7 @@ be its own), then the others.
 from mpi4py import MPI
 
 from mpisph.case import case_from_dict
+from mpisph.jit import prune_cache
 from mpisph.simulation import advance, rebalance, start, survey
 
 TINY = {
@@ -44,6 +45,8 @@ def warm_up(comm: MPI.Intracomm) -> None:
         if now == turn:
             _run_tiny_case()
         comm.Barrier()
+    if comm.rank == 0:
+        prune_cache()
 
 
 def _run_tiny_case() -> None:

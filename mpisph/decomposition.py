@@ -12,9 +12,9 @@ from mpisph.particles import FloatArray, IntArray
 BINS = 16384
 """Bins of the work histogram along z."""
 
-PARTICLE_WORK = 10.0
-"""Work of a particle besides its pairs, in units of a pair: sorting, material and
-stepping took 8 to 12 pairs' time in shot 4-1353."""
+PARTICLE_WORK = 8.0
+"""Work of a particle besides its pairs, in units of a pair: what the survey, material,
+halo and stepping phases took in shot 4-1353 at NPR 40, over the pairs' time."""
 
 
 def work_of(neighbours: FloatArray) -> FloatArray:

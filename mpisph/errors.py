@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["CaseError", "MpisphError", "Problem", "UnstableError"]
+__all__ = ["CaseError", "CollectiveError", "MpisphError", "Problem", "UnstableError"]
 
 
 class MpisphError(Exception):
     """Base of every error that is reported to the user without a traceback."""
+
+
+class CollectiveError(OSError):
+    """An error of the file system that every rank of a run raises.
+
+    Any other OSError may have met one rank alone, which must then end the others.
+    """
 
 
 @dataclass(frozen=True)

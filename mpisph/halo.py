@@ -16,6 +16,9 @@ from mpisph.particles import FloatArray, Particles
 SLACK = 1e-9
 """Widens claims, in units of the reach, against rounding."""
 
+TAG = 7301
+"""Keeps ghosts apart from messages of the caller's own on the same communicator."""
+
 
 def claim(p: Particles, kappa: float, dt: float) -> tuple[float, float]:
     """Return the union of the owned particles' claims after a step of at most `dt`.
@@ -72,7 +75,8 @@ def exchange_halo(
     requests = []
     for rank in partners:
         wanted = np.flatnonzero((low < claims[rank, 1]) & (high > claims[rank, 0]))
-        requests.append(comm.Isend(np.take(fields, wanted, axis=1), dest=int(rank)))
+        ghosts = np.take(fields, wanted, axis=1)
+        requests.append(comm.Isend(ghosts, dest=int(rank), tag=TAG))
     received = [_receive(comm, int(rank), fields.shape[0]) for rank in partners]
     MPI.Request.Waitall(requests)
     return np.concatenate([fields[:, :0], *received], axis=1)
@@ -81,7 +85,7 @@ def exchange_halo(
 def _receive(comm: MPI.Intracomm, rank: int, k: int) -> FloatArray:
     """Receive the ghosts that a rank has sent, however many they are."""
     status = MPI.Status()
-    comm.Probe(source=rank, status=status)
+    comm.Probe(source=rank, tag=TAG, status=status)
     ghosts = np.empty((k, status.Get_count(MPI.DOUBLE) // k))
-    comm.Recv(ghosts, source=rank)
+    comm.Recv(ghosts, source=rank, tag=TAG)
     return ghosts

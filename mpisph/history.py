@@ -35,7 +35,8 @@ class HistoryRow(NamedTuple):
         Change of the total energy, relative to the initial one.
     cloud_radius, cloud_length : float
         R_b and L_b by the outermost particles [m].
-    particles : int
+    cloud_mass : float
+        Mass of the cloud [kg].
     imbalance : float
         Excess of the largest load over the mean.
     wall : float
@@ -52,7 +53,7 @@ class HistoryRow(NamedTuple):
     energy_error: float
     cloud_radius: float
     cloud_length: float
-    particles: int
+    cloud_mass: float
     imbalance: float
     wall: float
 
@@ -66,6 +67,7 @@ UNITS = {
     "internal_energy": "J",
     "cloud_radius": "m",
     "cloud_length": "m",
+    "cloud_mass": "kg",
     "wall": "s",
 }
 """Units of the columns that have one."""
@@ -75,7 +77,7 @@ HEADER = tuple(
 )
 """Names of the columns in the file."""
 
-_INTEGERS = frozenset({"step", "particles"})
+_INTEGERS = frozenset({"step"})
 
 
 class History:

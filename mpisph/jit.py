@@ -6,9 +6,13 @@ named by a digest of all sources, and a change anywhere starts a fresh one. It i
 when this module is imported, before any function is compiled.
 """
 
+import atexit
 import hashlib
 import os
 import platform
+import shutil
+import string
+import tempfile
 from pathlib import Path
 
 import numba
@@ -36,6 +40,10 @@ EXACT = {"cache": True, "error_model": "numpy"}
 """Options of everything else: IEEE arithmetic in the order written."""
 
 
+DIGITS = 16
+"""Length of a digest's name."""
+
+
 def source_digest() -> str:
     """Return a digest of all of mpisph's sources and of the versions that compile."""
     digest = hashlib.sha256()
@@ -43,18 +51,42 @@ def source_digest() -> str:
         digest.update(part.encode())
     for path in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    return digest.hexdigest()[:DIGITS]
 
 
 def use_cache_folder() -> Path:
-    """Point Numba's disk cache at the folder of these sources, and return it."""
+    """Point Numba's disk cache at the folder of these sources, and return it.
+
+    Where the folder cannot be written, Numba would fall back to folders beside the
+    sources, whose stamps see one file each, and could run an old equation. Then the
+    process compiles into a folder of its own, which it removes when it ends.
+    """
     base = os.environ.get("MPISPH_CACHE_DIR")
     if base is None:
         base = os.environ.get("XDG_CACHE_HOME", str(Path.home() / ".cache"))
         base = str(Path(base) / "mpisph")
     folder = Path(base) / source_digest()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        folder = Path(tempfile.mkdtemp(prefix="mpisph-"))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
     numba.config.CACHE_DIR = str(folder)
     return folder
+
+
+def prune_cache(keep: int = 8) -> None:
+    """Remove the cache folders of older sources but for the `keep` last used."""
+    digests = [path for path in CACHE_FOLDER.parent.iterdir() if _is_digest(path.name)]
+    digests.sort(key=lambda path: path.stat().st_mtime, reverse=True)
+    for path in digests[keep:]:
+        if path != CACHE_FOLDER:
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _is_digest(name: str) -> bool:
+    return len(name) == DIGITS and set(name) <= set(string.hexdigits)
 
 
 CACHE_FOLDER = use_cache_folder()

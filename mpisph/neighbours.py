@@ -24,7 +24,7 @@ CELLS_PER_REACH = 4.0
 LEVEL_BITS, AXIS_BITS = 6, 28
 MAX_LEVEL = 2 ** (LEVEL_BITS - 1) - 1
 MAX_CELL = 2 ** (AXIS_BITS - 1) - 1
-SLACK = 1.0 + 1e-12
+SLACK = 1.0 + 1e-9
 """Widens the search box against rounding; the exact test alone decides."""
 
 

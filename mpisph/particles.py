@@ -1,7 +1,8 @@
 """The particles of one rank and the table of their fields.
 
 One table drives allocation, packing, migration, the halo and the files: a new
-field is one line of `FIELDS` and one annotation of `Particles`.
+field is one line of `FIELDS` and one annotation of `Particles` (and, where ghosts need
+it, one of `sources.Sources`).
 """
 
 from collections.abc import Iterable
@@ -71,6 +72,7 @@ FIELDS = (
     Field("dS_rz", "dS_rz/dt", "Pa/s", "rate of S_rz", "rate", False, False),
     Field("dh", "dh/dt", "m/s", "rate of smoothing length", "rate", False, False),
     Field("div", "div u", "1/s", "velocity divergence", "derived", True, False),
+    Field("ddiv", "d(div u)/dt", "1/s2", "rate of div u", "derived", False, False),
     Field("P", "P", "Pa", "pressure", "derived", False, True),
     Field("c", "c", "m/s", "sound speed", "derived", False, False),
     Field(
@@ -87,6 +89,9 @@ INTEGRATED = ("u_r", "u_z", "rho", "E", "S_rr", "S_zz", "S_rz", "h")
 
 _INTEGRATED = slice(VALUES.index("u_r"), VALUES.index("h") + 1)
 _RATES = slice(VALUES.index("du_r"), VALUES.index("dh") + 1)
+STRESS_ROWS = slice(INTEGRATED.index("S_rr"), INTEGRATED.index("S_rz") + 1)
+"""Where the stress stands among the integrated fields."""
+
 _STRESS = slice(VALUES.index("S_rr"), VALUES.index("S_rz") + 1)
 
 
@@ -94,7 +99,7 @@ class Particles:
     """The particles that one rank owns, as a struct of arrays.
 
     Each field of `FIELDS` is an attribute, a contiguous row view of `labels`
-    (int64, shape ``(3, n)``) or of `values` (float64, shape ``(24, n)``).
+    (int64, shape ``(3, n)``) or of `values` (float64, shape ``(25, n)``).
 
     Parameters
     ----------
@@ -125,6 +130,7 @@ class Particles:
     dS_rz: FloatArray
     dh: FloatArray
     div: FloatArray
+    ddiv: FloatArray
     P: FloatArray
     c: FloatArray
     plastic: FloatArray

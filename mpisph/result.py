@@ -16,9 +16,11 @@ from mpisph.files import write_text
 RESULT_FILE = "result.json"
 
 COMPARED_FIGURE: CloudFigure = "outermost"
-"""Which figure of the computed cloud stands beside the measured one."""
+"""Which figure of the computed cloud is printed beside the measured one."""
 
-Status = Literal["completed", "unstable", "failed"]
+FIGURES: tuple[CloudFigure, ...] = (COMPARED_FIGURE, "robust")
+
+Status = Literal["completed", "unstable"]
 
 _SAME_TIME = 1e-6
 # Relative; output times that agree to rounding have been merged into one.
@@ -210,10 +212,11 @@ def make_comparisons(
     offset = case.measured.clock_offset
     clocks: list[Literal["nominal", "offset"]] = ["nominal", "offset"]
     return tuple(
-        _compare_at(exposure, clock, exposure.time + shift, clouds)
+        _compare_at(exposure, clock, exposure.time + shift, figure, clouds)
         for exposure in case.measured.exposures
         for clock, shift in zip(clocks, (0.0, offset), strict=True)
         if clock == "nominal" or offset != 0.0
+        for figure in FIGURES
     )
 
 
@@ -221,6 +224,7 @@ def _compare_at(
     exposure: Exposure,
     clock: Literal["nominal", "offset"],
     time: float,
+    figure: CloudFigure,
     clouds: Sequence[CloudRecord],
 ) -> Comparison:
     """Compare one exposure with the cloud at `time`."""
@@ -231,15 +235,15 @@ def _compare_at(
         nominal_time=exposure.time,
         time=time,
         outcome="compared" if found else "not reached",
-        figure=COMPARED_FIGURE,
+        figure=figure,
         measured_radius=exposure.radius,
         measured_length=exposure.length,
     )
     if not found:
         return comparison
     measure = found[0].measure
-    radius, length = cloud_size(measure, COMPARED_FIGURE)
-    errors = compare(measure, exposure, COMPARED_FIGURE)
+    radius, length = cloud_size(measure, figure)
+    errors = compare(measure, exposure, figure)
     return comparison.model_copy(
         update={
             "radius": radius,
@@ -280,6 +284,8 @@ def comparison_table(result: Result) -> Table:
         for text in (f"{name} exp.", f"{name} comp.", "error"):
             table.add_column(text, justify="right")
     for c in result.comparisons:
+        if c.figure != COMPARED_FIGURE:
+            continue
         reached = c.outcome == "compared"
         table.add_row(
             f"{c.nominal_time * 1e6:g} µs",

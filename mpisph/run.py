@@ -19,6 +19,7 @@ from mpisph.diagnostics import (
 from mpisph.errors import UnstableError
 from mpisph.files import write_text
 from mpisph.history import History, HistoryRow
+from mpisph.jit import CACHE_FOLDER
 from mpisph.progress import Progress, RunLog
 from mpisph.provenance import git_revision, versions
 from mpisph.result import (
@@ -49,6 +50,8 @@ class Recorder:
     history : History
     progress : Progress
     log : RunLog
+    provenance : dict of str to str
+        Versions and revision, written into every snapshot.
     """
 
     def __init__(
@@ -58,17 +61,15 @@ class Recorder:
         history: History,
         progress: Progress,
         log: RunLog,
+        provenance: dict[str, str],
     ) -> None:
         self.folder, self.history, self.progress, self.log = (
             folder, history, progress, log,
         )  # fmt: skip
-        self.metadata = {
-            "case": sim.case.to_toml(),
-            "revision": git_revision(),
-            **versions(),
-        }
+        self.metadata = {"case": sim.case.to_toml(), **provenance}
         self.clouds: list[CloudRecord] = []
         self.snapshots = 0
+        self.last_row: HistoryRow | None = None
         self.initial: list[float] | None = None
         self.errors = ConservationErrors(0.0, 0.0, 0.0)
         self.energy_error_max = 0.0
@@ -82,15 +83,25 @@ class Recorder:
     def note(self, sim: Simulation, found: Survey, dt: float) -> None:
         """Take note of a step: conservation, history, progress."""
         if self.initial is None:
-            self.initial = found.sums.tolist()
-        self.errors = conservation_errors(self.initial, found.sums)
+            self.initial = found.sums[:4].tolist()
+        self.errors = conservation_errors(self.initial, found.sums[:4])
         self.energy_error_max = max(self.energy_error_max, abs(self.errors.energy))
+        self.last_row = self._row(sim, found, dt)
         if sim.step % sim.case.output.history_every == 0:
-            self.history.write(self._row(sim, found, dt))
+            self._write_last_row()
         self.progress.update(sim.time, sim.step, dt)
 
+    def _write_last_row(self) -> None:
+        if self.last_row is not None:
+            self.history.write(self.last_row)
+            self.last_row = None
+
+    def close(self) -> None:
+        """Write the last step of the run, should its turn not have come."""
+        self._write_last_row()
+
     def _row(self, sim: Simulation, found: Survey, dt: float) -> HistoryRow:
-        mass, momentum, kinetic, internal = found.sums.tolist()
+        mass, momentum, kinetic, internal, cloud_mass = found.sums.tolist()
         radius, length = found.extent.tolist()
         return HistoryRow(
             step=sim.step,
@@ -103,7 +114,7 @@ class Recorder:
             energy_error=self.errors.energy,
             cloud_radius=radius,
             cloud_length=length,
-            particles=sim.n_total,
+            cloud_mass=cloud_mass,
             imbalance=imbalance(found.work),
             wall=self.wall,
         )
@@ -123,7 +134,7 @@ class Recorder:
             )
             self.snapshots += 1
             measure = measure_cloud(sim.comm, sim.particles, sim.cloud)
-        if sim.time > 0.0:
+        if sim.time in sim.case.output_times:
             self.clouds.append(CloudRecord.of(sim.time, measure))
         self.log.write(
             f"{path.name}: t = {sim.time * 1e6:.4f} us, step {sim.step}, "
@@ -160,20 +171,23 @@ def run(
     with ExitStack() as stack:
         log = stack.enter_context(RunLog(folder, comm))
         history = stack.enter_context(History(folder, comm))
-        log.write(f"{case.title}\n{comm.size} ranks")
+        log.write(f"{case.title}\n{comm.size} ranks, code cache {CACHE_FOLDER}")
         begin = time.perf_counter()
         warm_up(comm)
         log.write(f"compiled or loaded in {time.perf_counter() - begin:.2f} s")
         sim = start(case, comm)
         log.write(f"{sim.n_total} particles")
         progress = stack.enter_context(Progress(comm, case.end_time, console, log=log))
-        recorder = Recorder(sim, folder, history, progress, log)
+        provenance = comm.bcast(_provenance() if comm.rank == 0 else None)
+        recorder = Recorder(sim, folder, history, progress, log, provenance)
         failure = None
         try:
             step_to_end(sim, recorder)
         except UnstableError as error:
             failure = error
             log.write(str(error))
+            recorder.save(sim)
+        recorder.close()
         result = _conclude(sim, recorder, failure)
         log.write(f"{result.status}: {sim.step} steps in {recorder.wall:.2f} s")
     on_root(comm, lambda: write_result(folder, result))
@@ -189,11 +203,16 @@ def _draw(folder: Path) -> None:
     draw_run(folder)
 
 
+def _provenance() -> dict[str, str]:
+    return {"revision": git_revision(), **versions()}
+
+
 def _prepare_folder(folder: Path, case: Case) -> None:
     """Make the folder, clear away an earlier run's files, and write the case."""
     folder.mkdir(parents=True, exist_ok=True)
     stale = [
-        *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*.vtkhdf"),
+        *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*"),
+        *folder.glob("*.part"),
         *(folder / "figures").glob("cloud_*.png"),
         folder / SERIES_FILE,
         folder / "result.json",
@@ -304,7 +323,7 @@ def _conclude(
     wall = sim.comm.allreduce(recorder.wall, MPI.MAX)
     interactions = sim.comm.allreduce(sim.interactions, MPI.SUM)
     phases = _longest_phases(sim)
-    stepping = wall - phases["output"]
+    stepping = wall - phases.get("output", 0.0)
     status: Status = "completed" if failure is None else "unstable"
     return Result(
         title=sim.case.title,
@@ -332,5 +351,5 @@ def _conclude(
             phases=phases,
         ),
         versions=versions(),
-        revision=git_revision(),
+        revision=recorder.metadata["revision"],
     )

@@ -28,13 +28,13 @@ from mpisph.halo import exchange_halo
 from mpisph.integrator import drift, kick, predict
 from mpisph.materials import Material
 from mpisph.migration import migrate
-from mpisph.neighbours import Lattice, find_neighbours, make_lattice, sort_into_cells
-from mpisph.particles import FloatArray, Particles
+from mpisph.neighbours import Lattice, find_neighbours, make_lattice
+from mpisph.particles import INTEGRATED, STRESS_ROWS, FloatArray, Particles
 from mpisph.phases import Phases
 from mpisph.rates import update_rates
 from mpisph.scheme import Scheme
 from mpisph.smoothing import MODES
-from mpisph.sources import exchanged_fields, in_global_order
+from mpisph.sources import exchanged_fields, in_global_order, sort_fields
 from mpisph.stability import Bounds
 from mpisph.survey import Survey, take_survey
 from mpisph.timestep import StepRule
@@ -64,6 +64,8 @@ class Simulation:
         Steps made.
     interactions : int
         Directed interactions evaluated by this rank.
+    room : int
+        Entries set aside for the next neighbour list.
     phases : Phases
         Time spent in each phase of the step.
     """
@@ -168,7 +170,7 @@ def start(case: Case, comm: MPI.Intracomm) -> Simulation:
     )
     respond(sim.particles, sim.table, sim.scheme)
     claims = survey(sim, NO_STEP).claims
-    evaluate_rates(sim, sim.particles.integrated.copy(), claims)
+    evaluate_rates(sim, sim.particles.integrated.copy(), claims, 0.0)
     return sim
 
 
@@ -184,14 +186,14 @@ def _scales(case: Case, initial: InitialParticles) -> tuple[float, FloatArray]:
 
     The energy is the largest kinetic one at the start, or that of a hundredth of the
     bulk sound speed where nothing moves. The bounds may be loose: see
-    `collectives.reproducible_sum`.
+    `collectives.fixed_point_chunks`.
     """
     slow = 0.01 * max(entry.material.c0 for entry in case.material_table)
     speed = max(float(np.abs(initial.u_z).max()), slow)
     energy = 0.5 * speed**2
     room = 1e6
     mass = float(initial.m.max())
-    terms = np.array([1.0, room * speed, room * energy, room * energy])
+    terms = np.array([1.0, room * speed, room * energy, room * energy, 1.0])
     return energy, mass * terms
 
 
@@ -258,7 +260,7 @@ def advance(sim: Simulation, dt: float, claims: FloatArray) -> None:
         kick(p, 0.5 * dt)
         drift(p, dt)
         predicted = predict(p, 0.5 * dt)
-    evaluate_rates(sim, predicted, claims)
+    evaluate_rates(sim, predicted, claims, dt)
     with sim.phases.measure("stepping"):
         kick(p, 0.5 * dt)
     with sim.phases.measure("materials"):
@@ -267,7 +269,9 @@ def advance(sim: Simulation, dt: float, claims: FloatArray) -> None:
     sim.step += 1
 
 
-def evaluate_rates(sim: Simulation, integrated: FloatArray, claims: FloatArray) -> None:
+def evaluate_rates(
+    sim: Simulation, integrated: FloatArray, claims: FloatArray, dt: float
+) -> None:
     """Evaluate the rates of the owned particles (R1-R10).
 
     Parameters
@@ -278,19 +282,24 @@ def evaluate_rates(sim: Simulation, integrated: FloatArray, claims: FloatArray) 
         yield surface.
     claims : ndarray, shape (ranks, 2)
         Halo claims that hold for the positions and `integrated`.
+    dt : float
+        Time since the last evaluation, zero for the first [s].
     """
     p, scheme = sim.particles, sim.scheme
+    h = integrated[INTEGRATED.index("h")]
+    # Artificial heat (R6) needs the divergence, which this evaluation is to yield. The
+    # last one alone would make the scheme first order in time; extrapolated, it keeps
+    # the second.
+    last_div = p.div.copy()
+    div = last_div + dt * p.ddiv
     with sim.phases.measure("materials"):
-        limit_stress(integrated[4:7], p.material, sim.table, p.plastic)
+        limit_stress(integrated[STRESS_ROWS], p.material, sim.table, p.plastic)
     with sim.phases.measure("halo"):
-        fields = exchanged_fields(p, integrated)
-        ghosts = exchange_halo(
-            sim.comm, fields, p.z, integrated[7], claims, scheme.kappa
-        )
+        fields = exchanged_fields(p, integrated, div)
+        ghosts = exchange_halo(sim.comm, fields, p.z, h, claims, scheme.kappa)
         fields = np.concatenate([fields, ghosts], axis=1)
     with sim.phases.measure("neighbours"):
-        ids = fields[0].view(np.int64)
-        cells = sort_into_cells(ids, fields[3], fields[4], fields[12], sim.lattice)
+        cells = sort_fields(fields, sim.lattice)
         sources = in_global_order(fields, p.n, cells)
         neighbours = find_neighbours(
             cells,
@@ -308,3 +317,5 @@ def evaluate_rates(sim: Simulation, integrated: FloatArray, claims: FloatArray) 
         update_rates(
             sources, neighbours, sim.table, scheme, p.rates, p.div, p.neighbours
         )
+    if dt > 0.0:
+        p.ddiv[:] = (p.div - last_div) / dt

@@ -10,12 +10,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpisph.neighbours import CellOrder
-from mpisph.particles import FIELDS, FloatArray, IntArray, Particles
+from mpisph.neighbours import CellOrder, Lattice, sort_into_cells
+from mpisph.particles import (
+    FIELDS,
+    INTEGRATED,
+    LABELS,
+    FloatArray,
+    IntArray,
+    Particles,
+)
 
 EXCHANGED = tuple(f.name for f in FIELDS if f.exchanged)
-LABEL_ROWS = 2
-"""The first rows of the exchanged fields, id and material, are integers' bits."""
+"""Rows of what is sent, in the order of `FIELDS`: labels first, by their bits."""
+
+_LABELS = [name for name in EXCHANGED if name in LABELS]
 
 
 class Sources(NamedTuple):
@@ -42,32 +50,56 @@ class Sources(NamedTuple):
     div: FloatArray
 
 
-def exchanged_fields(p: Particles, integrated: FloatArray) -> FloatArray:
-    """Pack the fields that ghosts need, with `integrated` in place of the state.
+def exchanged_fields(
+    p: Particles, integrated: FloatArray, div: FloatArray
+) -> FloatArray:
+    """Pack the fields that ghosts need, as they are at the time of evaluation.
 
     Parameters
     ----------
     p : Particles
-        The owned particles.
+        The owned particles; positions and what never changes are theirs.
     integrated : ndarray, shape (8, n)
-        The integrated fields at the time at which rates are wanted.
+        The integrated fields at that time.
+    div : ndarray, shape (n,)
+        The velocity divergence expected at that time [1/s].
 
     Returns
     -------
     ndarray of float64, shape (len(EXCHANGED), n)
     """
+    ahead = {**dict(zip(INTEGRATED, integrated, strict=True)), "div": div}
     packed = np.empty((len(EXCHANGED), p.n))
-    packed[0] = p.id.view(np.float64)
-    packed[1] = p.material.view(np.float64)
-    packed[2], packed[3], packed[4] = p.m, p.r, p.z
-    packed[5:13] = integrated
-    packed[13] = p.div
+    for row, name in enumerate(EXCHANGED):
+        values = ahead.get(name, getattr(p, name))
+        packed[row] = values.view(np.float64)
     return packed
 
 
+def sort_fields(fields: FloatArray, lattice: Lattice) -> CellOrder:
+    """Sort exchanged fields, shape (len(EXCHANGED), n), into the cells."""
+    row = EXCHANGED.index
+    return sort_into_cells(
+        fields[row("id")].view(np.int64),
+        fields[row("r")],
+        fields[row("z")],
+        fields[row("h")],
+        lattice,
+    )
+
+
 def in_global_order(fields: FloatArray, n_owned: int, cells: CellOrder) -> Sources:
-    """Return `fields` (shape (len(EXCHANGED), n + ghosts)) in the order of `cells`."""
+    """Return exchanged fields, owned and then ghosts, in the order of `cells`.
+
+    Parameters
+    ----------
+    fields : ndarray, shape (len(EXCHANGED), n + ghosts)
+    n_owned : int
+        How many of them are owned.
+    cells : CellOrder
+        Of the same particles.
+    """
     ordered = np.take(fields, cells.order, axis=1)
-    slot = np.where(cells.order < n_owned, cells.order, -1)
-    labels = ordered[:LABEL_ROWS].view(np.int64)
-    return Sources(slot, labels[0], labels[1], *ordered[LABEL_ROWS:])
+    labels = ordered[: len(_LABELS)].view(np.int64)
+    named = dict(zip(EXCHANGED, [*labels, *ordered[len(_LABELS) :]], strict=True))
+    return Sources(slot=np.where(cells.order < n_owned, cells.order, -1), **named)

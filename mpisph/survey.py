@@ -13,14 +13,14 @@ from mpi4py import MPI
 from mpisph.collectives import CHUNKS, fixed_point_chunks, from_chunks
 from mpisph.constitutive import MaterialTable
 from mpisph.decomposition import work_of
-from mpisph.diagnostics import CloudDefinition, local_extent, totals
+from mpisph.diagnostics import CloudDefinition, in_cloud, local_extent, totals
 from mpisph.halo import claim
 from mpisph.particles import FloatArray, Particles
 from mpisph.scheme import Scheme
 from mpisph.stability import STABLE, Bounds, first_fault
 from mpisph.timestep import StepRule, local_limit
 
-N_SUMS = 4
+N_SUMS = 5
 HEAD = 9
 """Numbers of a record before the sums."""
 
@@ -42,8 +42,9 @@ class Survey(NamedTuple):
         Fault found (see `stability`).
     fault_id : int
         Smallest id of a particle with that fault.
-    sums : ndarray, shape (4,)
-        Mass [kg], axial momentum [kg m/s], kinetic and internal energy [J].
+    sums : ndarray, shape (5,)
+        Mass [kg], axial momentum [kg m/s], kinetic and internal energy [J], mass of
+        the cloud [kg].
     extent : ndarray, shape (2,)
         R_b and L_b by the outermost particles of the cloud [m].
     """
@@ -74,13 +75,13 @@ def take_survey(
         Of the coming step: the halo claims must hold until its end.
     bounds : Bounds
         Of sound runs.
-    sum_bounds : ndarray, shape (4,)
+    sum_bounds : ndarray, shape (5,)
         Bounds of one particle's terms of the conserved sums.
     cloud : CloudDefinition
     """
     limit, where = local_limit(p, scheme)
     fault, fault_id = first_fault(p, table, bounds)
-    chunks = fixed_point_chunks(totals(p), sum_bounds)
+    chunks = fixed_point_chunks(_terms(p, cloud), sum_bounds)
     record = np.empty(HEAD + N_SUMS * CHUNKS)
     record[0] = limit
     record[1] = p.id[where] if where >= 0 else -1
@@ -92,6 +93,11 @@ def take_survey(
     records = np.empty((comm.size, record.size))
     comm.Allgather(record, records)
     return _conclude(records, sum_bounds)
+
+
+def _terms(p: Particles, cloud: CloudDefinition) -> FloatArray:
+    """Return what each particle adds to the sums, shape (N_SUMS, n)."""
+    return np.vstack([totals(p), p.m * in_cloud(p.z, p.u_z, cloud)])
 
 
 def _conclude(records: FloatArray, sum_bounds: FloatArray) -> Survey:

@@ -38,7 +38,13 @@ def strain_limit(div):
 
 
 @njit(**EXACT)
-def _limits(ids, h, c, div, du_r, du_z, alpha, beta):
+def smoothing_limit(h, dh):
+    """Return the time in which h changes by its own size (R11) [s]."""
+    return h / abs(dh) if dh != 0.0 else math.inf
+
+
+@njit(**EXACT)
+def _limits(ids, h, c, div, du_r, du_z, dh, alpha, beta):
     smallest = math.inf
     where = -1
     for i in range(h.size):
@@ -46,6 +52,7 @@ def _limits(ids, h, c, div, du_r, du_z, alpha, beta):
             signal_limit(h[i], c[i], div[i], alpha, beta),
             force_limit(h[i], du_r[i], du_z[i]),
             strain_limit(div[i]),
+            smoothing_limit(h[i], dh[i]),
         )
         tie = limit == smallest and where >= 0 and ids[i] < ids[where]
         if limit < smallest or tie:
@@ -71,7 +78,7 @@ def local_limit(p: Particles, scheme: Scheme) -> tuple[float, int]:
         none.
     """
     limit, where = _limits(
-        p.id, p.h, p.c, p.div, p.du_r, p.du_z, scheme.alpha, scheme.beta
+        p.id, p.h, p.c, p.div, p.du_r, p.du_z, p.dh, scheme.alpha, scheme.beta
     )
     return float(limit), int(where)
 

@@ -237,7 +237,7 @@ def cloud(n, seed, r_min=0.0, extent=12e-3, h=2e-3, h_spread=1.5, n_materials=1)
 
 def evaluate(p, scheme=SCHEME, materials=(ALUMINIUM,), h0=2e-3, ghosts=None):
     """Let mpisph evaluate the rates of `p`, as one step does on one rank."""
-    fields = exchanged_fields(p, p.integrated)
+    fields = exchanged_fields(p, p.integrated, p.div)
     if ghosts is not None:
         fields = np.concatenate([fields, ghosts], axis=1)
     lattice = make_lattice(h0, scheme.kappa)

@@ -20,14 +20,28 @@ from mpisph.collectives import (
     fixed_point_chunks,
     from_chunks,
     gather_all,
-    magnitude_bounds,
     on_root,
     raise_together,
-    reproducible_sum,
 )
+from mpisph.errors import CollectiveError
 from mpisph.particles import Particles
 
 SELF = MPI.COMM_SELF
+
+
+def magnitude_bounds(comm, rows):
+    """Return the largest magnitude of each row, infinite where there is a NaN."""
+    bounds = np.abs(rows).max(axis=1, initial=0.0)
+    bounds[np.isnan(bounds)] = np.inf
+    comm.Allreduce(MPI.IN_PLACE, bounds, MPI.MAX)
+    return bounds
+
+
+def reproducible_sum(comm, rows, bounds):
+    """Add up the chunks of all ranks."""
+    total = fixed_point_chunks(rows, bounds)
+    comm.Allreduce(MPI.IN_PLACE, total, MPI.SUM)
+    return from_chunks(total, bounds)
 
 
 def wide_rows(n=5000, seed=1):
@@ -172,12 +186,25 @@ def test_caught_turns_runtime_errors_into_os_errors():
     assert "unable to close" in str(error)
     assert caught(lambda: 1) is None
     with pytest.raises(KeyError):
-        caught(lambda: {}[1])
+        raise caught(lambda: {}[1])
 
 
 def test_an_error_names_the_file_and_keeps_its_number(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"missing\.txt \(rank 0 of 1\)"):
+    with pytest.raises(
+        CollectiveError, match=r"missing\.txt \(rank 0 of 1\)"
+    ) as raised:
         on_root(SELF, (tmp_path / "missing.txt").read_text)
+    assert raised.value.errno == errno.ENOENT
+
+
+@pytest.mark.mpi(min_size=2)
+def test_any_error_of_rank_0_is_raised_on_all():
+    with pytest.raises(RuntimeError, match="ValueError: not so"):
+        on_root(MPI.COMM_WORLD, _refuse)
+
+
+def _refuse():
+    raise ValueError("not so")
 
 
 def test_jitted_part_equals_its_python_form():

@@ -21,7 +21,7 @@ def row(step):
         energy_error=-1e-17 / 3,
         cloud_radius=0.0,
         cloud_length=np.nan,
-        particles=np.int64(2**40 + step),
+        cloud_mass=0.001,
         imbalance=0.25,
         wall=x,
     )
@@ -46,7 +46,7 @@ def test_header_names_units(tmp_path):
     header = write(tmp_path, []).read_text()
     assert header == (
         "step,time_s,dt_s,mass_kg,momentum_z_kg_m_per_s,kinetic_energy_J,"
-        "internal_energy_J,energy_error,cloud_radius_m,cloud_length_m,particles,"
+        "internal_energy_J,energy_error,cloud_radius_m,cloud_length_m,cloud_mass_kg,"
         "imbalance,wall_s\n"
     )
 

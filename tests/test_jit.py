@@ -94,3 +94,37 @@ def test_only_the_pair_loop_may_reorder_sums():
     assert "fastmath" not in jit.EXACT
     assert "reassoc" in jit.INLINE["fastmath"]
     assert jit.INLINE["forceinline"]
+
+
+UNWRITABLE = """
+from pathlib import Path
+from mpisph import jit
+assert jit.CACHE_FOLDER.is_dir()
+assert not str(jit.CACHE_FOLDER).startswith("/proc")
+print(jit.CACHE_FOLDER)
+"""
+
+
+def test_without_a_writable_folder_code_is_kept_for_the_process_alone():
+    """Numba itself would fall back to folders whose stamps miss most edits."""
+    done = subprocess.run(
+        [sys.executable, "-c", UNWRITABLE],
+        env={**os.environ, "MPISPH_CACHE_DIR": "/proc/nowhere"},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert not Path(done.stdout.strip()).exists()
+
+
+def test_only_the_folders_last_used_are_kept(tmp_path, monkeypatch):
+    for age in range(12):
+        folder = tmp_path / f"{age:016x}"
+        folder.mkdir()
+        os.utime(folder, (1e9 - age, 1e9 - age))
+    (tmp_path / "something-else").mkdir()
+    monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path / f"{11:016x}")
+    jit.prune_cache(keep=8)
+    kept = {path.name for path in tmp_path.iterdir()}
+    assert kept == {*(f"{age:016x}" for age in [*range(8), 11]), "something-else"}

@@ -303,7 +303,7 @@ def test_ring_records_follow_the_fields_of_ring():
     p = cloud(5, 33)
     p.r[0] = 1e-9
     cells = sort_into_cells(p.id, p.r, p.z, p.h, make_lattice(2e-3, 3.0))
-    s = in_global_order(exchanged_fields(p, p.integrated), p.n, cells)
+    s = in_global_order(exchanged_fields(p, p.integrated, p.div), p.n, cells)
     ring = Ring(*ring_records(s, material_table([ALUMINIUM]), SCHEME).T)
     P, c = np.array(
         [

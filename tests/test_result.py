@@ -70,7 +70,8 @@ def clouds():
 
 
 def test_each_exposure_is_compared_by_both_clocks(case, clouds):
-    found = make_comparisons(case, clouds)
+    everything = make_comparisons(case, clouds)
+    found = [c for c in everything if c.figure == "outermost"]
     assert [(c.clock, c.nominal_time, c.outcome) for c in found] == [
         ("nominal", 6e-6, "compared"),
         ("offset", 6e-6, "compared"),
@@ -79,7 +80,6 @@ def test_each_exposure_is_compared_by_both_clocks(case, clouds):
     ]
     assert [c.time for c in found] == pytest.approx([6e-6, 7.05e-6, 19e-6, 20.05e-6])
     first, second, late, _ = found
-    assert first.figure == "outermost"
     assert (first.measured_radius, first.measured_length) == (15.3e-3, 31.7e-3)
     assert (first.radius, first.length) == (16.065e-3, 26e-3)
     assert first.radius_error_percent == pytest.approx(5.0)
@@ -87,12 +87,17 @@ def test_each_exposure_is_compared_by_both_clocks(case, clouds):
     assert second.length_error_percent == pytest.approx(0.0, abs=1e-9)
     assert (late.radius, late.length_error_percent) == (None, None)
     assert late.measured_length == 98e-3
+    robust = everything[1]
+    assert (robust.figure, robust.time) == ("robust", 6e-6)
+    assert robust.radius == clouds[0].radius_robust
+    want = 100 * (clouds[0].length_robust / 31.7e-3 - 1)
+    assert robust.length_error_percent == pytest.approx(want)
 
 
 def test_without_an_offset_there_is_one_comparison(case, clouds):
     measured = case.measured.model_copy(update={"clock_offset": 0.0})
     case = case.model_copy(update={"measured": measured})
-    assert [c.clock for c in make_comparisons(case, clouds)] == ["nominal"] * 2
+    assert [c.clock for c in make_comparisons(case, clouds)] == ["nominal"] * 4
 
 
 def test_without_measurements_there_is_no_comparison(clouds):

@@ -82,7 +82,32 @@ def test_limits_end_a_run_as_unstable(tmp_path):
         assert result.detail
         if reason != "energy_drift":
             assert f"particle {result.particle} of " in result.detail
-        assert len(read_series(tmp_path / reason)) >= 1
+        # The state that broke down is there to look at.
+        last = read_snapshot(read_series(tmp_path / reason)[-1][0])
+        assert last.step == result.step
+        history = read_history(tmp_path / reason / "history.csv")
+        assert history["step"][-1] == result.step
+
+
+def test_the_first_step_may_be_the_last(tmp_path):
+    case = short_case()
+    limits = case.limits.model_copy(update={"density_ratio_max": 0.5})
+    broken = case.model_copy(update={"limits": limits})
+    result = run(broken, MPI.COMM_SELF, tmp_path)
+    assert (result.status, result.step) == ("unstable", 0)
+
+
+def test_history_has_every_nth_step_and_the_last(tmp_path):
+    result = run(short_case("output.history_every=7"), MPI.COMM_SELF, tmp_path)
+    steps = read_history(tmp_path / "history.csv")["step"].tolist()
+    assert steps == sorted({*range(0, result.step, 7), result.step})
+
+
+def test_cloud_mass_is_that_of_the_last_cloud(tmp_path):
+    result = run(short_case("time.end=1.5us"), MPI.COMM_SELF, tmp_path)
+    last = read_history(tmp_path / "history.csv")[-1]
+    assert last["cloud_mass"] == pytest.approx(result.clouds[-1].mass, rel=1e-14) != 0
+    assert last["cloud_length"] == result.clouds[-1].length
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in CASES.glob("*.toml")))

@@ -11,6 +11,7 @@ import pytest
 from mpi4py import MPI
 
 import mpisph.snapshot
+from mpisph.errors import CollectiveError
 from mpisph.particles import FIELDS, Particles
 from mpisph.snapshot import read_series, read_snapshot, write_snapshot
 
@@ -253,8 +254,9 @@ def test_a_folder_that_cannot_be_made(mpi_tmp_path, writer):
     if comm.rank == 0:
         folder.write_text("not a folder")
     comm.barrier()
-    with pytest.raises(NotADirectoryError, match="snapshots"):
+    with pytest.raises(CollectiveError, match="snapshots") as raised:
         write(comm, folder, writer=writer)
+    assert raised.value.errno == errno.ENOTDIR
 
 
 @pytest.mark.mpi(min_size=1)

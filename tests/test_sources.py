@@ -16,13 +16,16 @@ def test_exchanged_fields_are_those_of_the_table():
     p = cloud(9, 1)
     p.id[0] = -1  # as a float its bits are a NaN
     integrated = np.random.default_rng(2).standard_normal(p.integrated.shape)
-    packed = exchanged_fields(p, integrated)
+    div = np.random.default_rng(3).standard_normal(9)
+    packed = exchanged_fields(p, integrated, div)
     names = [f.name for f in FIELDS if f.exchanged]
     assert names == list(EXCHANGED)
     assert packed.shape == (len(names), 9)
     for row, name in zip(packed, names, strict=True):
         if name in INTEGRATED:
             want = integrated[INTEGRATED.index(name)]
+        elif name == "div":
+            want = div
         else:
             want = getattr(p, name)
         np.testing.assert_array_equal(bits(row), bits(want), err_msg=name)
@@ -37,7 +40,7 @@ def test_in_global_order(n_owned):
     p = cloud(40, 3, n_materials=2)
     p.id[:] += 2**53 + 1  # beyond what a float could count
     cells = sort_into_cells(p.id, p.r, p.z, p.h, make_lattice(2e-3, 3.0))
-    s = in_global_order(exchanged_fields(p, p.integrated), n_owned, cells)
+    s = in_global_order(exchanged_fields(p, p.integrated, p.div), n_owned, cells)
     for name in EXCHANGED:
         want = getattr(p, name)[cells.order]
         np.testing.assert_array_equal(getattr(s, name), want)
@@ -58,10 +61,10 @@ def with_parts(owner, comm, rank):
     mine = whole.take(owner == rank)
     if comm is None:
         rest = whole.take(owner != rank)
-        ghosts = exchanged_fields(rest, rest.integrated)
+        ghosts = exchanged_fields(rest, rest.integrated, rest.div)
     else:
         claims = np.array(comm.allgather(claim(mine, 3.0, 0.0)))
-        fields = exchanged_fields(mine, mine.integrated)
+        fields = exchanged_fields(mine, mine.integrated, mine.div)
         ghosts = exchange_halo(comm, fields, mine.z, mine.h, claims, 3.0)
     return rates_by_id(evaluate(mine, ghosts=ghosts))
 

@@ -14,6 +14,7 @@ from mpisph.timestep import (
     force_limit,
     local_limit,
     signal_limit,
+    smoothing_limit,
     step_to,
     strain_limit,
 )
@@ -41,11 +42,18 @@ def test_strain_limit_r11():
     assert strain_limit(0.0) == math.inf
 
 
+def test_smoothing_limit_r11():
+    assert smoothing_limit(2e-3, 4e2) == approx(5e-6, rel=1e-15)
+    assert smoothing_limit(2e-3, -4e2) == approx(5e-6, rel=1e-15)
+    assert smoothing_limit(2e-3, 0.0) == math.inf
+
+
 def varied(n, seed):
     p = cloud(n, seed)
     rng = np.random.default_rng(seed)
     p.c[:] = rng.uniform(3e3, 9e3, n)
     p.du_r[:], p.du_z[:] = rng.uniform(-1.0, 1.0, (2, n)) * 1e11
+    p.dh[:] = rng.uniform(-1.0, 1.0, n) * 1e3
     return p
 
 
@@ -59,6 +67,7 @@ def test_local_limit_r11_is_the_smallest_of_all(seed):
             p.h / speed,
             np.sqrt(p.h / np.sqrt(p.du_r**2 + p.du_z**2)),
             1.0 / np.abs(p.div),
+            p.h / np.abs(p.dh),
         ]
     )
     limit, where = local_limit(p, SCHEME)
@@ -67,7 +76,8 @@ def test_local_limit_r11_is_the_smallest_of_all(seed):
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("h", 1e-9), ("c", 1e9), ("du_z", 1e20), ("div", 1e15)]
+    ("field", "value"),
+    [("h", 1e-9), ("c", 1e9), ("du_z", 1e20), ("div", 1e15), ("dh", -1e15)],
 )
 def test_local_limit_r11_heeds_every_limit(field, value):
     p = varied(50, 1)

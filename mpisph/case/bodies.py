@@ -62,7 +62,7 @@ class _BodyBase(FrozenModel):
     """Name of the body, unique in the case."""
     material: Identifier
     """Material card, or a name of the case's own materials."""
-    velocity: Velocity = 0.0
+    velocity: Annotated[Velocity, Field(ge=-1e6, le=1e6)] = 0.0
     """Initial velocity along +z."""
     position: Length = 0.0
     """Axial position: the centre of a sphere or shell, else the lowest z."""

@@ -117,7 +117,7 @@ class TimeStepping(FrozenModel):
     cfl: _Fraction = 0.3
     """Fraction of the stability limits that an automatic step takes."""
     dt: PositiveTime | None = None
-    """The fixed step; with automatic steps an upper limit of the first one."""
+    """The fixed step; with automatic steps an upper limit."""
 
 
 class Output(FrozenModel):
@@ -166,9 +166,9 @@ class Limits(FrozenModel):
 
     energy_drift: Positive = 0.05
     """Change of the total energy, relative to its initial value."""
-    density_ratio_max: Positive = 20.0
+    density_ratio_max: Annotated[float, Field(gt=1), Quantity("")] = 20.0
     """Largest density over the reference density."""
-    density_ratio_min: Positive = 1e-9
+    density_ratio_min: Annotated[float, Field(gt=0, lt=1), Quantity("")] = 1e-9
     """Smallest density over the reference density."""
     energy_ratio_max: Positive = 50.0
     """Specific internal energy over the largest initial specific kinetic energy."""
