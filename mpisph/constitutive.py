@@ -1,8 +1,4 @@
-"""Material response of particles: pressure, sound speed, yield, stress over rho^2.
-
-One jitted pass over particles, owned and ghosts alike, so that what follows from
-exchanged fields is computed and not sent.
-"""
+"""Material response of particles: pressure, sound speed and yield."""
 
 import numpy as np
 import numpy.typing as npt

@@ -19,6 +19,10 @@ RANK_BYTES = 2.0e8
 compiled code (measured). Compiling takes half as much again."""
 
 
+INITIAL_BYTES = 93.0
+"""Memory of a particle on every rank while the bodies are filled (measured)."""
+
+
 class Estimate(NamedTuple):
     """Size of a run.
 
@@ -68,7 +72,8 @@ def estimate(case: Case, ranks: int) -> Estimate:
         particles=n,
         neighbours=neighbours,
         steps=math.ceil(case.end_time / _typical_step(case)),
-        memory=ranks * RANK_BYTES + n * _bytes_per_particle(neighbours),
+        memory=ranks * RANK_BYTES
+        + n * max(_bytes_per_particle(neighbours), ranks * INITIAL_BYTES),
         ranks=ranks,
     )
 

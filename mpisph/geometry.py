@@ -12,7 +12,7 @@ from mpisph.case import Body, Case, Sphere, SphericalShell
 from mpisph.case.bodies import Annulus, Rectangle
 from mpisph.errors import CaseError, Problem
 
-__all__ = ["InitialParticles", "discretise", "material_order", "particle_count"]
+__all__ = ["InitialParticles", "discretise", "particle_count"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -41,8 +41,6 @@ class InitialParticles(NamedTuple):
         Density [kg/m^3].
     h : ndarray, shape (n,)
         Smoothing length [m].
-    area : ndarray, shape (n_bodies,)
-        Section dA of one particle of each body [m^2].
     """
 
     id: IntArray
@@ -54,7 +52,6 @@ class InitialParticles(NamedTuple):
     u_z: FloatArray
     rho: FloatArray
     h: FloatArray
-    area: FloatArray
 
 
 class _Lattice(NamedTuple):
@@ -72,11 +69,6 @@ class _Grid(NamedTuple):
     nr: int
     dz: float
     dr: float
-
-
-def material_order(case: Case) -> tuple[str, ...]:
-    """Return the names of the case's materials, in the order of first use."""
-    return tuple(case.materials)
 
 
 def particle_count(case: Case) -> int:
@@ -144,7 +136,6 @@ def discretise(case: Case) -> InitialParticles:
         u_z=np.array([each.velocity for each in case.bodies], dtype=np.float64)[body],
         rho=rho,
         h=np.full(r.size, case.smoothing_length),
-        area=area,
     )
 
 

@@ -90,9 +90,6 @@ class History:
     folder : Path
         Folder of the run.
     comm : MPI.Intracomm
-    resume_step : int, optional
-        Keep the lines up to this step and go on after them. By default start
-        anew.
 
     Raises
     ------
@@ -100,17 +97,12 @@ class History:
         On rank 0, if the file cannot be written.
     """
 
-    def __init__(
-        self, folder: Path, comm: MPI.Intracomm, resume_step: int | None = None
-    ) -> None:
+    def __init__(self, folder: Path, comm: MPI.Intracomm) -> None:
         self._file = None
         if comm.rank != 0:
             return
         path = folder / HISTORY_FILE
-        kept: list[list[str]] = []
-        if resume_step is not None and path.exists():
-            kept = [row for row in _read_rows(path) if int(row[0]) <= resume_step]
-        write_text(path, "".join(map(_line, [HEADER, *kept])))
+        write_text(path, _line(HEADER))
         # Whole lines reach the system at once, to be followed while it runs.
         self._file = path.open("a", encoding="utf-8", buffering=1)
 

@@ -60,10 +60,6 @@ class RunLog:
     folder : Path
         Folder of the run.
     comm : MPI.Intracomm
-    console : rich.console.Console, optional
-        Shows the lines as well.
-    append : bool, optional
-        Go on with a log that is there, for a resumed run.
 
     Raises
     ------
@@ -71,18 +67,10 @@ class RunLog:
         On rank 0, if the file cannot be written.
     """
 
-    def __init__(
-        self,
-        folder: Path,
-        comm: MPI.Intracomm,
-        console: Console | None = None,
-        append: bool = False,
-    ) -> None:
-        self._console = console
+    def __init__(self, folder: Path, comm: MPI.Intracomm) -> None:
         self._file = None
         if comm.rank == 0:
-            mode = "a" if append else "w"
-            self._file = (folder / LOG_FILE).open(mode, encoding="utf-8", buffering=1)
+            self._file = (folder / LOG_FILE).open("w", encoding="utf-8", buffering=1)
 
     def __enter__(self) -> Self:
         """Return the log itself."""
@@ -98,11 +86,9 @@ class RunLog:
         self.close()
 
     def write(self, text: str) -> None:
-        """Write one or more lines to the log, and to the console if there is one."""
+        """Write one or more lines to the log."""
         if self._file is not None:
             self._file.write(text.rstrip("\n") + "\n")
-            if self._console is not None:
-                _print_plain(self._console, text.rstrip("\n"))
 
     def close(self) -> None:
         """Close the file; a second call does nothing."""

@@ -109,7 +109,7 @@ class Timing(_Model):
     ranks: int
     """Number of ranks."""
     steps: int
-    """Steps that were timed: those since a resumed run was resumed."""
+    """Number of steps."""
     wall: float
     """Time on the wall clock [s]."""
     step_ms: float

@@ -155,10 +155,12 @@ def start(case: Case, comm: MPI.Intracomm) -> Simulation:
     edges = equal_work_edges(comm, initial.z, np.ones(n_total))
     first, last = np.concatenate([[-math.inf], edges, [math.inf]])[comm.rank :][:2]
     mine = np.flatnonzero((initial.z >= first) & (initial.z < last))
+    particles = _initial_particles(initial, mine)
+    del initial  # every rank holds all of it
     sim = Simulation(
         case=case,
         comm=comm,
-        particles=_initial_particles(initial, mine),
+        particles=particles,
         n_total=n_total,
         scheme=scheme,
         table=make_table(case),

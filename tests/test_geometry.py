@@ -6,7 +6,7 @@ import pytest
 
 from mpisph.case import case_from_dict
 from mpisph.errors import CaseError
-from mpisph.geometry import discretise, material_order, particle_count
+from mpisph.geometry import discretise, particle_count
 
 RHO = 2710.0
 
@@ -39,7 +39,6 @@ def test_small_sphere_by_hand():
     np.testing.assert_allclose(p.r, np.array([0.5, 0.5, 1.5, 0.5, 1.5, 0.5]) * dx)
     np.testing.assert_allclose(p.z, z)
     np.testing.assert_allclose(p.m, 2.0 * np.pi * p.r * RHO * dx**2)
-    np.testing.assert_array_equal(p.area, [dx**2])
 
 
 @pytest.mark.parametrize("npr", [1, 4, 10, 37])
@@ -90,7 +89,6 @@ def test_plate_cells():
     np.testing.assert_allclose(np.unique(p.r), (np.arange(29) + 0.5) * 0.02 / 29)
     expected = 0.01 + (np.arange(3) + 0.5) * 0.002 / 3
     np.testing.assert_allclose(p.z[::29], expected)
-    assert p.area == pytest.approx([0.02 / 29 * 0.002 / 3])
 
 
 def test_a_thin_plate_has_one_layer():
@@ -117,13 +115,12 @@ def test_fields_come_from_the_bodies():
     ]
     case = make(bodies)
     p = discretise(case)
-    assert material_order(case) == ("al-lee2003", "cu-ofhc")
     np.testing.assert_array_equal(p.material, p.body)
     np.testing.assert_array_equal(p.u_z, np.array([6000.0, 0.0, -1.0])[p.body])
     np.testing.assert_array_equal(p.rho, np.array([RHO, 8930.0, RHO])[p.body])
     np.testing.assert_array_equal(p.h, case.smoothing_length)
     assert {p.id.dtype, p.body.dtype, p.material.dtype} == {np.dtype(np.int64)}
-    floats = (p.m, p.r, p.z, p.u_z, p.rho, p.h, p.area)
+    floats = (p.m, p.r, p.z, p.u_z, p.rho, p.h)
     assert {field.dtype for field in floats} == {np.dtype(np.float64)}
 
 

@@ -27,8 +27,8 @@ def row(step):
     )
 
 
-def write(folder, steps, **options):
-    with History(folder, SELF, **options) as history:
+def write(folder, steps):
+    with History(folder, SELF) as history:
         for step in steps:
             history.write(row(step))
     return folder / HISTORY_FILE
@@ -74,23 +74,9 @@ def test_a_torn_last_line_is_left_out(tmp_path):
     assert read_history(path)["step"].tolist() == [0, 1]
 
 
-def test_resuming_drops_what_will_be_written_again(tmp_path):
-    path = write(tmp_path, range(5))
-    path.write_text(path.read_text()[:-4])
-    write(tmp_path, [3, 4], resume_step=2)
-    got = read_history(path)
-    assert got["step"].tolist() == [0, 1, 2, 3, 4]
-    np.testing.assert_array_equal(list(got[1]), list(row(1)))
-
-
 def test_a_new_run_starts_anew(tmp_path):
     write(tmp_path, range(5))
     assert read_history(write(tmp_path, [7]))["step"].tolist() == [7]
-
-
-def test_resuming_without_a_history_starts_one(tmp_path):
-    got = read_history(write(tmp_path, [7], resume_step=6))
-    assert got["step"].tolist() == [7]
 
 
 @pytest.mark.parametrize("text", ["", "a,b\n1,2\n"])

@@ -125,25 +125,6 @@ def _drain(terminal):
     return b"".join(parts).decode()
 
 
-def test_the_log_shows_its_lines_unchanged(tmp_path):
-    out = console(force_terminal=True)
-    with RunLog(tmp_path, SELF, out) as log:
-        log.write("[bold] 12 µm\n")
-        log.write("two\nlines")
-    assert (tmp_path / LOG_FILE).read_text() == "[bold] 12 µm\ntwo\nlines\n"
-    assert out.file.getvalue() == "[bold] 12 µm\ntwo\nlines\n"
-
-
-def test_a_resumed_log_goes_on(tmp_path):
-    for append in (False, True):
-        with RunLog(tmp_path, SELF, append=append) as log:
-            log.write("line")
-    assert (tmp_path / LOG_FILE).read_text() == "line\nline\n"
-    with RunLog(tmp_path, SELF):
-        pass
-    assert (tmp_path / LOG_FILE).read_text() == ""
-
-
 @pytest.mark.mpi(min_size=2)
 def test_only_rank_0_speaks(mpi_tmp_path):
     comm = MPI.COMM_WORLD
