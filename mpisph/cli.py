@@ -38,8 +38,9 @@ def cli() -> None:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
-    help="Folder of the run.  [default: runs/<name of the case file>]",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder of the run; the files of an earlier run in it are replaced.  "
+    "[default: runs/<name of the case file>]",
 )
 @click.option(
     "--set",
@@ -74,8 +75,8 @@ def run_case(case: Case, comm: MPI.Intracomm, folder: Path) -> None:
         c, t = result.conservation, result.timing
         console.print(
             f"{result.status}: {result.particles} particles, {t.steps} steps in "
-            f"{t.wall:.2f} s on {t.ranks} ranks ({t.interaction_ns:.1f} ns per "
-            f"interaction); energy error {c.energy_error_max:.1e}, axial momentum "
+            f"{t.wall:.2f} s on {t.ranks} rank{'s' if t.ranks > 1 else ''}; energy "
+            f"error {c.energy_error_max:.1e}, axial momentum "
             f"{abs(c.momentum_z_error):.1e}\nfiles in {folder}",
             highlight=False,
             soft_wrap=True,
@@ -124,6 +125,8 @@ def _clock_text(folder: Path) -> str:
     from mpisph.history import HISTORY_FILE, read_history
     from mpisph.run import CASE_FILE
 
+    if not (folder / CASE_FILE).exists():
+        raise MpisphError(f"{folder}: no {CASE_FILE}; is it a run's folder?")
     case = load_case(folder / CASE_FILE)
     try:
         fit = fit_clock(read_history(folder / HISTORY_FILE), case)

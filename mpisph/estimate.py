@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from mpisph.case import Case
-from mpisph.geometry import particle_count
+from mpisph.geometry import check_count, particle_count
 from mpisph.particles import LABELS, VALUES
 from mpisph.rates import RING_FIELDS
 from mpisph.sources import EXCHANGED, Sources
@@ -46,10 +46,11 @@ class Estimate(NamedTuple):
     def text(self) -> str:
         """Return the estimate for people."""
         return (
-            f"particles  {self.particles}\n"
+            f"particles  about {self.particles}\n"
             f"neighbours about {self.neighbours:.0f} each\n"
             f"steps      about {self.steps}\n"
-            f"memory     about {self.memory / 2**30:.2f} GiB on {self.ranks} ranks"
+            f"memory     about {self.memory / 2**30:.2f} GiB on {self.ranks} "
+            f"rank{'s' if self.ranks > 1 else ''}"
         )
 
 
@@ -65,7 +66,13 @@ def estimate(case: Case, ranks: int) -> Estimate:
     Returns
     -------
     Estimate
+
+    Raises
+    ------
+    CaseError
+        If there would be absurdly many particles.
     """
+    check_count(case)
     n = particle_count(case)
     neighbours = math.pi * (case.scheme.kappa * case.resolution.nph) ** 2
     return Estimate(

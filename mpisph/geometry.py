@@ -12,7 +12,7 @@ from mpisph.case import Body, Case, Sphere, SphericalShell
 from mpisph.case.bodies import Annulus, Rectangle
 from mpisph.errors import CaseError, Problem
 
-__all__ = ["InitialParticles", "discretise", "particle_count"]
+__all__ = ["InitialParticles", "check_count", "discretise", "particle_count"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -118,7 +118,7 @@ def discretise(case: Case) -> InitialParticles:
     CaseError
         If there would be more than 10^9 particles.
     """
-    _check_count(case)
+    check_count(case)
     lattices = [_lattice(body, case.spacing) for body in case.bodies]
     counts = np.array([lattice.r.size for lattice in lattices])
     density = [case.body_material(body).rho0 for body in case.bodies]
@@ -139,7 +139,18 @@ def discretise(case: Case) -> InitialParticles:
     )
 
 
-def _check_count(case: Case) -> None:
+def check_count(case: Case) -> None:
+    """Refuse a case of absurdly many particles, before any is made.
+
+    Parameters
+    ----------
+    case : Case
+
+    Raises
+    ------
+    CaseError
+        If there would be more than 10^9 particles.
+    """
     count = particle_count(case)
     if count > _MOST_PARTICLES:
         problem = Problem(

@@ -18,9 +18,10 @@ from mpisph.diagnostics import (
 )
 from mpisph.errors import UnstableError
 from mpisph.files import write_text
+from mpisph.geometry import check_count
 from mpisph.history import History, HistoryRow
 from mpisph.jit import CACHE_FOLDER
-from mpisph.progress import Progress, RunLog
+from mpisph.progress import Progress, RunLog, open_console
 from mpisph.provenance import git_revision, versions
 from mpisph.result import (
     CloudRecord,
@@ -164,15 +165,21 @@ def run(
 
     Raises
     ------
+    CaseError
+        On all ranks, if there would be absurdly many particles.
     OSError
         On all ranks, if a file cannot be written.
     """
+    check_count(case)
+    console = console or open_console(stderr=True)
     on_root(comm, lambda: _prepare_folder(folder, case))
     with ExitStack() as stack:
         log = stack.enter_context(RunLog(folder, comm))
         history = stack.enter_context(History(folder, comm))
         log.write(f"{case.title}\n{comm.size} ranks, code cache {CACHE_FOLDER}")
         begin = time.perf_counter()
+        if comm.rank == 0 and not any(CACHE_FOLDER.rglob("*.nbi")):
+            console.print("compiling, once for this version: some 20 s")
         warm_up(comm)
         log.write(f"compiled or loaded in {time.perf_counter() - begin:.2f} s")
         sim = start(case, comm)

@@ -108,6 +108,8 @@ def test_unstable_run_exits_with_code_3_and_keeps_what_it_wrote(tmp_path):
 
 def test_unwritable_folder_is_an_error_on_all_ranks(tmp_path):
     (tmp_path / "file").write_text("in the way")
+    done = launch(2, MPISPH, "run", SHOT, *SHORT, "-o", tmp_path / "file")
+    assert done.returncode == 2
     done = launch(2, MPISPH, "run", SHOT, *SHORT, "-o", tmp_path / "file" / "run")
     assert done.returncode == 1
     assert done.stderr.count("mpisph: ") == 1
@@ -146,10 +148,23 @@ def test_figures_are_drawn_again(tmp_path):
     assert len(done.stdout.split()) == len(list(tmp_path.glob("figures/*.png"))) == 3
 
 
-def test_figures_of_no_run_are_an_error(tmp_path):
-    done = launch(2, MPISPH, "figures", tmp_path)
+@pytest.mark.parametrize(
+    ("command", "text"),
+    [("figures", "no snapshots to draw"), ("clock", "no case.toml")],
+)
+def test_a_folder_of_no_run_is_an_error(tmp_path, command, text):
+    done = launch(2, MPISPH, command, tmp_path)
     assert done.returncode == 1
-    assert done.stderr.count("no snapshots to draw") == 1
+    assert done.stderr.count(text) == 1
+
+
+@pytest.mark.parametrize("options", [("--dry-run",), ()])
+def test_absurd_sizes_are_refused_before_anything_is_made(tmp_path, options):
+    huge = ("--set", "resolution.npr=100000", "-o", tmp_path / "run")
+    done = launch(1, MPISPH, "run", SHOT, *huge, *options)
+    assert done.returncode == 2
+    assert "expected at most 1e+09" in done.stderr
+    assert not (tmp_path / "run").exists()
 
 
 def test_an_exception_on_one_rank_ends_all():

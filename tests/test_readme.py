@@ -9,6 +9,7 @@ import sys
 import pytest
 from launch import TOP, environment
 
+from mpisph.case import load_case
 from mpisph.cli import cli
 
 README = (TOP / "README.md").read_text(encoding="utf-8")
@@ -70,12 +71,22 @@ def test_files_that_the_readme_names_exist():
         assert (TOP / "cases" / f"{name}.toml").exists()
 
 
+def test_the_example_case_is_whole(tmp_path):
+    (text,) = re.findall(r"```toml\n(.*?)```", README, re.S)
+    path = tmp_path / "case.toml"
+    path.write_text(text)
+    case = load_case(path, ["bodies.rod.velocity=5 km/s"])
+    assert [body.name for body in case.bodies] == ["rod", "plate"]
+    assert case.bodies[0].velocity == 5e3
+    assert case.spacing == pytest.approx(3e-3 / 8)
+
+
 def test_the_python_example_runs(tmp_path):
     (code,) = re.findall(r"```python\n(.*?)```", README, re.S)
     short = code.replace(
         '["resolution.npr=6"]', '["resolution.npr=4", "time.end=1e-7"]'
     )
-    short = short.replace('Path("out")', f'Path("{tmp_path}")')
+    short = short.replace('Path("runs/coarse")', f'Path("{tmp_path}")')
     assert short.count("npr=4") == short.count(str(tmp_path)) == 1
     subprocess.run(
         [sys.executable, "-c", short],
