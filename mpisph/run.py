@@ -64,9 +64,10 @@ class Recorder:
         log: RunLog,
         provenance: dict[str, str],
     ) -> None:
-        self.folder, self.history, self.progress, self.log = (
-            folder, history, progress, log,
-        )  # fmt: skip
+        self.folder = folder
+        self.history = history
+        self.progress = progress
+        self.log = log
         self.metadata = {"case": sim.case.to_toml(), **provenance}
         self.clouds: list[CloudRecord] = []
         self.snapshots = 0
