@@ -17,6 +17,7 @@ from mpi4py import MPI
 
 from mpisph import __version__
 from mpisph.case import Case, case_schema, load_case
+from mpisph.collectives import on_root
 from mpisph.errors import CaseError, CollectiveError, MpisphError
 from mpisph.estimate import estimate
 from mpisph.progress import open_console
@@ -145,21 +146,13 @@ def on_root_or_raise(comm: MPI.Intracomm, action: Callable[[], T]) -> T:
 
     Raises
     ------
-    MpisphError, CollectiveError
-        On all ranks; an OSError of the action becomes the latter.
+    CollectiveError, MpisphError, RuntimeError
+        On all ranks, if the action failed; see `collectives.raise_together`.
     """
-    outcome: T | MpisphError | CollectiveError | None = None
-    if comm.rank == 0:
-        try:
-            outcome = action()
-        except MpisphError as error:
-            outcome = error
-        except OSError as error:
-            outcome = CollectiveError(error.errno, error.strerror, error.filename)
-    outcome = comm.bcast(outcome)
-    if isinstance(outcome, MpisphError | CollectiveError):
-        raise outcome
-    return outcome
+    results: list[T] = []
+    on_root(comm, lambda: results.append(action()))
+    results = comm.bcast(results)
+    return results[0]
 
 
 def _end_all_ranks(

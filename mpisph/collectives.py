@@ -16,7 +16,7 @@ from mpi4py import MPI
 from numba import njit
 
 import mpisph.jit  # noqa: F401  it sets Numba's cache folder before first use
-from mpisph.errors import CollectiveError
+from mpisph.errors import CollectiveError, MpisphError
 from mpisph.particles import LABELS, VALUES, FloatArray, IntArray, Particles
 
 CHUNKS = 4
@@ -54,6 +54,7 @@ def fixed_point_chunks(rows: FloatArray, bounds: FloatArray) -> IntArray:
         Sums of the high, middle and low chunks, and the number of values that
         are NaN or larger than their bound.
     """
+    assert len(rows) == len(bounds), "one bound a row"
     scales = np.array([math.ldexp(1.0, _BITS - _exponent(b)) for b in bounds])
     chunks: IntArray = _sum_chunks(rows, np.asarray(bounds, np.float64), scales)
     return chunks
@@ -235,17 +236,16 @@ def raise_together(comm: MPI.Intracomm, error: Exception | None) -> None:
     CollectiveError
         On all ranks, with the number and text of the lowest failing rank's OSError;
         chained to this rank's own where it has one.
+    MpisphError
+        On all ranks, the lowest failing rank's own.
     RuntimeError
         On all ranks, with the text of any other error.
     """
     failing = comm.allreduce(comm.size if error is None else comm.rank, MPI.MIN)
     if failing == comm.size:
         return
-    number, text = comm.bcast(error and _described(error), root=failing)
-    text = f"{text} (rank {failing} of {comm.size})"
-    if number is None:
-        raise RuntimeError(text) from error
-    raise CollectiveError(number, text) from error
+    where = f"(rank {failing} of {comm.size})"
+    raise comm.bcast(error and _shared(error, where), root=failing) from error
 
 
 def on_root(comm: MPI.Intracomm, action: Callable[[], object]) -> None:
@@ -259,7 +259,7 @@ def on_root(comm: MPI.Intracomm, action: Callable[[], object]) -> None:
 
     Raises
     ------
-    CollectiveError, RuntimeError
+    CollectiveError, MpisphError, RuntimeError
         On all ranks, if the action failed; see `raise_together`.
     """
     raise_together(comm, caught(action) if comm.rank == 0 else None)
@@ -288,14 +288,16 @@ def caught(action: Callable[[], object]) -> Exception | None:
     return None
 
 
-def _described(error: Exception) -> tuple[int | None, str]:
-    """Return the number of an OSError, and its text with the file it names."""
+def _shared(error: Exception, where: str) -> Exception:
+    """Return the error that all ranks raise for one that a single rank met."""
+    if isinstance(error, MpisphError):
+        return error
     if not isinstance(error, OSError):
-        return None, f"{type(error).__name__}: {error}"
+        return RuntimeError(f"{type(error).__name__}: {error} {where}")
     text = error.strerror or str(error)
     if error.filename is not None:
         text = f"{text}: {error.filename}"
-    return error.errno or errno.EIO, text
+    return CollectiveError(error.errno or errno.EIO, f"{text} {where}")
 
 
 class _RecordType:

@@ -18,7 +18,6 @@ RANK_BYTES = 2.0e8
 """Memory of a rank before its first particle: the interpreter, its libraries and the
 compiled code (measured). Compiling takes half as much again."""
 
-
 INITIAL_BYTES = 93.0
 """Memory of a particle on every rank while the bodies are filled (measured)."""
 

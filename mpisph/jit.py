@@ -39,7 +39,6 @@ differed in the last bit.
 EXACT = {"cache": True, "error_model": "numpy"}
 """Options of everything else: IEEE arithmetic in the order written."""
 
-
 DIGITS = 16
 """Length of a digest's name."""
 
@@ -70,8 +69,10 @@ def use_cache_folder() -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
     except OSError:
-        folder = Path(tempfile.mkdtemp(prefix="mpisph-"))
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        own = Path(tempfile.mkdtemp(prefix="mpisph-"))
+        atexit.register(shutil.rmtree, own, ignore_errors=True)
+        folder = own / folder.name
+        folder.mkdir()
     numba.config.CACHE_DIR = str(folder)
     return folder
 

@@ -35,12 +35,13 @@ def open_console(stderr: bool) -> Console:
     rich.console.Console
         Plain and 100 wide where no person looks on.
     """
-    if not any(name in os.environ for name in _LAUNCHERS):
-        console = Console(stderr=stderr)
-        return console if console.is_terminal else Console(stderr=stderr, width=100)
-    if _is_terminal_of_parent(2 if stderr else 1):
-        return Console(stderr=stderr, force_terminal=True, width=100)
-    return Console(stderr=stderr, force_terminal=False, width=100)
+    console = Console(stderr=stderr)
+    person = console.is_terminal
+    if any(name in os.environ for name in _LAUNCHERS):
+        person = _is_terminal_of_parent(2 if stderr else 1)
+    elif person:
+        return console
+    return Console(stderr=stderr, force_terminal=person, width=100)
 
 
 def _is_terminal_of_parent(descriptor: int) -> bool:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from pydantic import BaseModel, ConfigDict
 from rich.table import Table
@@ -17,8 +17,6 @@ RESULT_FILE = "result.json"
 
 COMPARED_FIGURE: CloudFigure = "outermost"
 """Which figure of the computed cloud is printed beside the measured one."""
-
-FIGURES: tuple[CloudFigure, ...] = (COMPARED_FIGURE, "robust")
 
 Status = Literal["completed", "unstable"]
 
@@ -216,7 +214,7 @@ def make_comparisons(
         for exposure in case.measured.exposures
         for clock, shift in zip(clocks, (0.0, offset), strict=True)
         if clock == "nominal" or offset != 0.0
-        for figure in FIGURES
+        for figure in get_args(CloudFigure)
     )
 
 

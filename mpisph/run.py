@@ -85,25 +85,22 @@ class Recorder:
     def note(self, sim: Simulation, found: Survey, dt: float) -> None:
         """Take note of a step: conservation, history, progress."""
         if self.initial is None:
-            self.initial = found.sums[:4].tolist()
-        self.errors = conservation_errors(self.initial, found.sums[:4])
+            self.initial = found.sums.tolist()
+        self.errors = conservation_errors(self.initial, found.sums)
         self.energy_error_max = max(self.energy_error_max, abs(self.errors.energy))
         self.last_row = self._row(sim, found, dt)
         if sim.step % sim.case.output.history_every == 0:
-            self._write_last_row()
+            self.write_last_row()
         self.progress.update(sim.time, sim.step, dt)
 
-    def _write_last_row(self) -> None:
+    def write_last_row(self) -> None:
+        """Write the last step's line of the history, unless it has been written."""
         if self.last_row is not None:
             self.history.write(self.last_row)
             self.last_row = None
 
-    def close(self) -> None:
-        """Write the last step of the run, should its turn not have come."""
-        self._write_last_row()
-
     def _row(self, sim: Simulation, found: Survey, dt: float) -> HistoryRow:
-        mass, momentum, kinetic, internal, cloud_mass = found.sums.tolist()
+        mass, momentum, kinetic, internal = found.sums.tolist()
         radius, length = found.extent.tolist()
         return HistoryRow(
             step=sim.step,
@@ -116,7 +113,7 @@ class Recorder:
             energy_error=self.errors.energy,
             cloud_radius=radius,
             cloud_length=length,
-            cloud_mass=cloud_mass,
+            cloud_mass=found.cloud_mass,
             imbalance=imbalance(found.work),
             wall=self.wall,
         )
@@ -195,7 +192,7 @@ def run(
             failure = error
             log.write(str(error))
             recorder.save(sim)
-        recorder.close()
+        recorder.write_last_row()
         result = _conclude(sim, recorder, failure)
         log.write(f"{result.status}: {sim.step} steps in {recorder.wall:.2f} s")
     on_root(comm, lambda: write_result(folder, result))

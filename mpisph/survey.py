@@ -21,6 +21,8 @@ from mpisph.stability import STABLE, Bounds, first_fault
 from mpisph.timestep import StepRule, local_limit
 
 N_SUMS = 5
+"""The conserved sums and the mass of the cloud."""
+
 HEAD = 9
 """Numbers of a record before the sums."""
 
@@ -42,9 +44,10 @@ class Survey(NamedTuple):
         Fault found (see `stability`).
     fault_id : int
         Smallest id of a particle with that fault.
-    sums : ndarray, shape (5,)
-        Mass [kg], axial momentum [kg m/s], kinetic and internal energy [J], mass of
-        the cloud [kg].
+    sums : ndarray, shape (4,)
+        Mass [kg], axial momentum [kg m/s], kinetic and internal energy [J].
+    cloud_mass : float
+        Mass of the cloud [kg].
     extent : ndarray, shape (2,)
         R_b and L_b by the outermost particles of the cloud [m].
     """
@@ -56,6 +59,7 @@ class Survey(NamedTuple):
     fault: int
     fault_id: int
     sums: FloatArray
+    cloud_mass: float
     extent: FloatArray
 
 
@@ -75,13 +79,14 @@ def take_survey(
         Of the coming step: the halo claims must hold until its end.
     bounds : Bounds
         Of sound runs.
-    sum_bounds : ndarray, shape (5,)
+    sum_bounds : ndarray, shape (4,)
         Bounds of one particle's terms of the conserved sums.
     cloud : CloudDefinition
     """
     limit, where = local_limit(p, scheme)
     fault, fault_id = first_fault(p, table, bounds)
-    chunks = fixed_point_chunks(_terms(p, cloud), sum_bounds)
+    bounds_of_terms = np.append(sum_bounds, sum_bounds[0])
+    chunks = fixed_point_chunks(_terms(p, cloud), bounds_of_terms)
     record = np.empty(HEAD + N_SUMS * CHUNKS)
     record[0] = limit
     record[1] = p.id[where] if where >= 0 else -1
@@ -92,7 +97,7 @@ def take_survey(
     record[HEAD:] = chunks.ravel().view(np.float64)
     records = np.empty((comm.size, record.size))
     comm.Allgather(record, records)
-    return _conclude(records, sum_bounds)
+    return _conclude(records, bounds_of_terms)
 
 
 def _terms(p: Particles, cloud: CloudDefinition) -> FloatArray:
@@ -100,7 +105,7 @@ def _terms(p: Particles, cloud: CloudDefinition) -> FloatArray:
     return np.vstack([totals(p), p.m * in_cloud(p.z, p.u_z, cloud)])
 
 
-def _conclude(records: FloatArray, sum_bounds: FloatArray) -> Survey:
+def _conclude(records: FloatArray, bounds_of_terms: FloatArray) -> Survey:
     """Draw the same conclusions from all records on every rank."""
     first = min(range(len(records)), key=lambda k: (records[k, 0], records[k, 1]))
     faulty = records[records[:, 5] != STABLE]
@@ -108,6 +113,7 @@ def _conclude(records: FloatArray, sum_bounds: FloatArray) -> Survey:
     if len(faulty) > 0:
         fault, who = faulty[np.argmin(faulty[:, 6]), 5:7].astype(int)
     chunks = np.ascontiguousarray(records[:, HEAD:]).view(np.int64).sum(axis=0)
+    *sums, cloud_mass = from_chunks(chunks.reshape(N_SUMS, CHUNKS), bounds_of_terms)
     return Survey(
         limit=float(records[first, 0]),
         limited_by=int(records[first, 1]),
@@ -115,6 +121,7 @@ def _conclude(records: FloatArray, sum_bounds: FloatArray) -> Survey:
         work=records[:, 4].copy(),
         fault=int(fault),
         fault_id=int(who),
-        sums=from_chunks(chunks.reshape(N_SUMS, CHUNKS), sum_bounds),
+        sums=np.array(sums),
+        cloud_mass=float(cloud_mass),
         extent=records[:, 7:HEAD].max(axis=0),
     )

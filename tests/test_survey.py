@@ -128,6 +128,7 @@ def test_the_extent_is_that_of_the_whole_cloud_r12():
     want = [p.r[cloud].max(), p.z[cloud].max() - CLOUD.rear]
     found = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
     problems = [] if found.extent.tolist() == want else [found.extent]
+    problems += [] if found.cloud_mass == math.fsum(p.m[cloud]) else [found.cloud_mass]
     p.u_z[:] = 0.0
     none = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
     problems += [] if none.extent.tolist() == [0.0, 0.0] else [none.extent]
