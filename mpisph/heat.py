@@ -18,6 +18,16 @@ def diffusivity(g1, g2, h, c, div):
 
 
 @njit(**INLINE)
-def heat_flow(zeta_ab, rho_ab, E_a, E_b, F, A0):
-    """Return the heating of a by unit mass of b (R6) [W/kg/kg], F = -2/h^2."""
-    return 2.0 * F * (zeta_ab / rho_ab) * (E_a - E_b) * A0
+def heat_flow(two_zeta_ab, inv_rho_ab, E_a, E_b):
+    """Return the heating of a by b, over ``m_b F A0`` (R6) [J m5/(kg2 s)].
+
+    Parameters
+    ----------
+    two_zeta_ab : float
+        Sum of the two diffusivities [m2/s].
+    inv_rho_ab : float
+        Inverse of the mean density [m3/kg].
+    E_a, E_b : float
+        [J/kg].
+    """
+    return two_zeta_ab * inv_rho_ab * (E_a - E_b)

@@ -36,6 +36,9 @@ one that had loaded it from the cache ran differently optimised copies, whose su
 differed in the last bit.
 """
 
+ROUNDED = {**INLINE, "fastmath": FASTMATH - {"reassoc"}}
+"""Options of an equation inside the pair loop that relies on how a sum is rounded."""
+
 EXACT = {"cache": True, "error_model": "numpy"}
 """Options of everything else: IEEE arithmetic in the order written."""
 

@@ -28,7 +28,7 @@ from mpisph.halo import exchange_halo
 from mpisph.integrator import drift, kick, predict
 from mpisph.materials import Material
 from mpisph.migration import migrate
-from mpisph.neighbours import Lattice, find_neighbours, make_lattice
+from mpisph.neighbours import Lattice, make_lattice
 from mpisph.particles import INTEGRATED, STRESS_ROWS, FloatArray, Particles
 from mpisph.phases import Phases
 from mpisph.rates import update_rates
@@ -64,10 +64,10 @@ class Simulation:
         Steps made.
     interactions : int
         Directed interactions evaluated by this rank.
-    room : int
-        Entries set aside for the next neighbour list.
     phases : Phases
         Time spent in each phase of the step.
+    skip_quiescent : bool
+        Whether matter at rest is left out of the pair loop; no bit depends on it.
     """
 
     case: Case
@@ -84,8 +84,8 @@ class Simulation:
     time: float = 0.0
     step: int = 0
     interactions: int = 0
-    room: int = 0
     phases: Phases = field(default_factory=Phases)
+    skip_quiescent: bool = True
 
 
 def make_scheme(case: Case) -> Scheme:
@@ -302,21 +302,17 @@ def evaluate_rates(
     with sim.phases.measure("neighbours"):
         cells = sort_fields(fields, sim.lattice)
         sources = in_global_order(fields, p.n, cells)
-        neighbours = find_neighbours(
-            cells,
-            sources.slot,
-            sources.r,
-            sources.z,
-            sources.h,
-            scheme.kappa,
-            scheme.self_term,
-            sim.room,
-        )
-        sim.room = neighbours.members.size + neighbours.members.size // 8
-        sim.interactions += neighbours.members.size
     with sim.phases.measure("pair loop"):
-        update_rates(
-            sources, neighbours, sim.table, scheme, p.rates, p.div, p.neighbours
+        sim.interactions += update_rates(
+            sources,
+            cells,
+            sim.lattice,
+            sim.table,
+            scheme,
+            p.rates,
+            p.div,
+            p.neighbours,
+            sim.skip_quiescent,
         )
     if dt > 0.0:
         p.ddiv[:] = (p.div - last_div) / dt

@@ -31,16 +31,30 @@ def approach(dr, dz, du_r, du_z, r_a, r_b, u_r_a, u_r_b, q, printed):
 
 
 @njit(**INLINE)
-def separation2(d2, r_a, r_b, q, epsilon, h):
-    """Return D, the averaged squared distance of two rings, softened (R5) [m2]."""
-    return d2 + 2.0 * r_a * r_b * q + epsilon * h * h
+def separation2(d2, ratio, epsilon, h):
+    """Return D, the averaged squared distance of two rings, softened (R5) [m2].
+
+    Parameters
+    ----------
+    d2 : float
+        Squared distance in the r-z plane [m2].
+    ratio : float
+        ``xi q``: then ``2 r_a r_b q = h^2 ratio``.
+    epsilon : float
+        Softening, in units of h^2.
+    h : float
+        [m].
+    """
+    return d2 + (ratio + epsilon) * (h * h)
 
 
 @njit(**INLINE)
-def viscous_pressure(N, D, h, alpha, beta, c_ab, rho_ab):
+def viscous_pressure(N, inv_D, h, alpha_c, beta, inv_rho_ab):
     """Return Pi, the viscous pressure over density squared (R5) [Pa m6/kg2].
 
-    Zero for receding rings; ``N - |N|`` is twice the negative part, without a branch.
+    Zero for receding rings; a speed that is not a number stays one. `alpha_c` is alpha
+    times the pair's mean sound speed [m/s].
     """
-    mu = h * 0.5 * (N - abs(N)) / D
-    return (beta * mu - alpha * c_ab) * mu / rho_ab
+    closing = 0.0 if N > 0.0 else N
+    mu = (h * inv_D) * closing
+    return (beta * mu - alpha_c) * mu * inv_rho_ab

@@ -22,7 +22,7 @@ from mpisph.eos import (
     ZERO,
     MaterialConstants,
 )
-from mpisph.neighbours import find_neighbours, make_lattice, sort_into_cells
+from mpisph.neighbours import make_lattice, sort_into_cells
 from mpisph.particles import Particles
 from mpisph.rates import update_rates
 from mpisph.scheme import Scheme
@@ -235,7 +235,14 @@ def cloud(n, seed, r_min=0.0, extent=12e-3, h=2e-3, h_spread=1.5, n_materials=1)
     return p
 
 
-def evaluate(p, scheme=SCHEME, materials=(ALUMINIUM,), h0=2e-3, ghosts=None):
+def evaluate(
+    p,
+    scheme=SCHEME,
+    materials=(ALUMINIUM,),
+    h0=2e-3,
+    ghosts=None,
+    skip_quiescent=True,
+):
     """Let mpisph evaluate the rates of `p`, as one step does on one rank."""
     fields = exchanged_fields(p, p.integrated, p.div)
     if ghosts is not None:
@@ -244,11 +251,10 @@ def evaluate(p, scheme=SCHEME, materials=(ALUMINIUM,), h0=2e-3, ghosts=None):
     ids = fields[0].view(np.int64)
     cells = sort_into_cells(ids, fields[3], fields[4], fields[12], lattice)
     s = in_global_order(fields, p.n, cells)
-    near = find_neighbours(
-        cells, s.slot, s.r, s.z, s.h, scheme.kappa, scheme.self_term, 64 * p.n
-    )
     table = material_table(list(materials))
-    update_rates(s, near, table, scheme, p.rates, p.div, p.neighbours)
+    update_rates(
+        s, cells, lattice, table, scheme, p.rates, p.div, p.neighbours, skip_quiescent
+    )
     return p
 
 

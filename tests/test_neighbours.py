@@ -11,6 +11,7 @@ from oracles import approx
 from mpisph.neighbours import (
     CELLS_PER_REACH,
     MAX_LEVEL,
+    candidate_runs,
     find_neighbours,
     level_of,
     make_lattice,
@@ -40,19 +41,24 @@ def all_pairs(ids, r, z, h, kappa, self_term):
     return lists
 
 
-def search(ids, r, z, h, kappa=3.0, self_term=True, room=0, owned=None, h0=H0):
+def search(ids, r, z, h, kappa=3.0, self_term=True, owned=None, h0=H0):
     """Return the list of ids that each owned id has, and the arrays behind it."""
     ids, r, z, h = (np.asarray(x) for x in (ids, r, z, h))
     owned = np.ones(len(ids), bool) if owned is None else owned
     cells = sort_into_cells(ids, r, z, h, make_lattice(h0, kappa))
-    slot = np.where(owned, np.arange(len(ids)), -1)[cells.order]
-    places = [x[cells.order] for x in (r, z, h)]
-    near = find_neighbours(cells, slot, *places, kappa, self_term, room)
+    records = np.stack([r, z, 0.5 * h], axis=1)[cells.order]
     names = ids[cells.order]
-    return {
-        int(names[a]): names[near.members[near.start[k] : near.start[k + 1]]].tolist()
-        for k, a in enumerate(near.owned)
-    }, (cells, near, names)
+    runs = np.empty((len(cells.columns), 2), np.int64)
+    lists = {}
+    for i in np.flatnonzero(owned[cells.order]):
+        r_a, z_a, half = records[i]
+        n_runs, candidates = candidate_runs(cells, r_a, z_a, 2.0 * half, kappa, runs)
+        assert candidates == (runs[:n_runs, 1] - runs[:n_runs, 0]).sum()
+        index = np.empty(candidates, np.int64)
+        n = find_neighbours(records, runs, n_runs, i, kappa, self_term, index)
+        assert (np.diff(index[:n]) > 0).all()
+        lists[int(names[i])] = names[index[:n]].tolist()
+    return lists, (cells, names)
 
 
 def check(particles, **options):
@@ -138,26 +144,7 @@ def test_ghosts_have_no_list_but_are_found():
     want = all_pairs(*particles, 3.0, True)
     assert set(lists) == set(particles[0][owned].tolist())
     assert all(set(near) == want[a] for a, near in lists.items())
-    none, (_, near, _) = search(*particles, owned=np.zeros(300, bool))
-    assert none == {}
-    assert near.members.size == 0
-
-
-@pytest.mark.parametrize("room", [0, 1, 5000, 10**6])
-def test_room_changes_nothing(room):
-    particles = cloud(300, 5)
-    want, (_, full, _) = search(*particles, room=10**6)
-    got, (_, near, _) = search(*particles, room=room)
-    assert got == want
-    assert near.members.size == near.start[-1] == full.members.size
-    assert full.members.size > 5000
-
-
-def test_room_that_is_just_enough_or_one_short():
-    particles = cloud(100, 6)
-    want, (_, full, _) = search(*particles)
-    for room in (full.members.size - 1, full.members.size):
-        assert search(*particles, room=room)[0] == want
+    assert search(*particles, owned=np.zeros(300, bool))[0] == {}
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -182,7 +169,7 @@ def test_lists_do_not_depend_on_particles_out_of_reach():
 
 def test_order_is_by_level_cell_and_id():
     ids, r, z, h = cloud(500, 9)
-    cells = search(ids, r, z, h)[1][0]
+    cells, _ = search(ids, r, z, h)[1]
     level = np.floor(np.log2(h / (H0 / 1.5)))
     size = 3.0 * (H0 / 1.5) / CELLS_PER_REACH * 2.0**level
     want = np.lexsort((ids, np.floor(r / size), np.floor(z / size), level))
@@ -204,7 +191,7 @@ def test_the_initial_h_stands_inside_its_level():
     lattice = make_lattice(H0, 3.0)
     for change in (0.7, 1.0, 1.3):
         assert level_of(change * H0, lattice.h_ref) == 0
-    assert lattice.size == approx(3.0 * H0 / 1.5 / 4.0)
+    assert lattice.size == approx(3.0 * H0 / 1.5 / CELLS_PER_REACH)
     assert lattice.kappa == 3.0
 
 
@@ -225,7 +212,7 @@ def test_cost_stays_with_the_neighbours_where_one_particle_is_coarse():
     """A coarse particle must not widen the cells of the fine ones."""
     ids, r, z, h = cloud(2000, 11, h_spread=1.0)
     h[0] = 50.0 * H0
-    cells = search(ids, r, z, h)[1][0]
+    cells, _ = search(ids, r, z, h)[1]
     fine = cells.levels[0, 0]
     assert fine == approx(3.0 * H0 / 1.5 / CELLS_PER_REACH)
     assert math.isclose(cells.levels[0, 1], H0)

@@ -21,13 +21,13 @@ from mpisph.constitutive import material_table
 from mpisph.eos import CLAMP, LINEAR, TILLOTSON, ZERO
 from mpisph.kernel import XI_FAR
 from mpisph.neighbours import make_lattice, sort_into_cells
-from mpisph.rates import RING_FIELDS, Ring, _buffer_rows, ring_records
+from mpisph.rates import LANES, RING_FIELDS, Ring, _buffer, ring_records
 from mpisph.smoothing import AXISYMMETRIC, CLASSIC, FIXED
 from mpisph.sources import exchanged_fields, in_global_order
 
-ROUNDING = 1e-13
-"""Of the largest rate in the cloud: ten times what was measured. A sum has 60 terms of
-a kernel that is good to 1.4e-14, and terms of both signs."""
+ACCURACY = 1e-11
+"""Of the largest rate in the cloud. A sum has 60 terms of both signs, with a kernel that
+is good to 4e-12."""
 
 PLAIN = SCHEME._replace(alpha=0.0, beta=0.0, g1=0.0, g2=0.0)
 CASES = {
@@ -73,7 +73,7 @@ EVERY_CASE = pytest.mark.parametrize("name", CASES)
 
 def close(got, want, scale=None):
     scale = np.abs(want).max() if scale is None else scale
-    np.testing.assert_allclose(got, want, rtol=0.0, atol=ROUNDING * scale)
+    np.testing.assert_allclose(got, want, rtol=0.0, atol=ACCURACY * scale)
 
 
 def by_id(p):
@@ -128,7 +128,7 @@ def test_smoothing_rate_r10_of_rings(name):
     p, brute = both(name)
     # u_r/r of a particle near the axis is large and exact; div is summed.
     scale = np.abs(0.5 * p.h * p.div).max()
-    np.testing.assert_allclose(p.dh, brute.dh, rtol=1e-14, atol=ROUNDING * scale)
+    np.testing.assert_allclose(p.dh, brute.dh, rtol=1e-14, atol=ACCURACY * scale)
 
 
 def test_the_cases_take_the_paths_they_name():
@@ -251,12 +251,12 @@ def test_self_term_r1_leaves_only_the_error_of_the_midpoint_rule():
 
 
 def test_without_self_term_r1_the_first_ring_is_driven_to_the_axis():
-    r, with_it, _ = lattice_at_pressure(1.0, 3.0, True)
-    _, without, _ = lattice_at_pressure(1.0, 3.0, False)
+    # No distance of the lattice is 4.1 spacings: rounding decides about no pair.
+    r, with_it, _ = lattice_at_pressure(1.0, 4.1, True)
+    _, without, _ = lattice_at_pressure(1.0, 4.1, False)
     own = 8.0 * np.pi**-0.5 * r**2 * (ive(0, 2.0 * r**2) - ive(1, 2.0 * r**2))
-    # A sum of 30 terms of size one, each good to 1.4e-14.
-    np.testing.assert_allclose(with_it - without, own, rtol=0.0, atol=1e-12)
-    assert without[0] == approx(-0.355, rel=0.0, abs=1e-3)  # theory.md, R1
+    np.testing.assert_allclose(with_it - without, own, rtol=0.0, atol=ACCURACY)
+    assert without[0] == approx(-0.355, rel=0.0, abs=2e-4)  # theory.md, R1
 
 
 def test_rates_have_the_same_bits_in_any_order_of_the_particles():
@@ -295,8 +295,8 @@ def test_a_particle_on_the_axis_has_finite_rates():
     evaluate(p)
     assert np.isfinite(p.rates).all()
     # By symmetry it moves along the axis only, and is not sheared.
-    assert abs(p.du_r[3]) <= ROUNDING * np.abs(p.du_r).max()
-    assert abs(p.dS_rz[3]) <= ROUNDING * np.abs(p.dS_rz).max()
+    assert abs(p.du_r[3]) <= ACCURACY * np.abs(p.du_r).max()
+    assert abs(p.dS_rz[3]) <= ACCURACY * np.abs(p.dS_rz).max()
 
 
 def test_ring_records_follow_the_fields_of_ring():
@@ -312,16 +312,19 @@ def test_ring_records_follow_the_fields_of_ring():
         ]
     ).T
     assert len(ring) == RING_FIELDS
-    for name in ("r", "z", "h", "u_r", "u_z", "m", "rho", "E"):
+    for name in ("r", "z", "u_r", "u_z", "E"):
         np.testing.assert_array_equal(getattr(ring, name), getattr(s, name))
     closing = np.where(s.div < 0, 2 * np.abs(s.div), 0)
     expected = {
+        "half_h": 0.5 * s.h,
+        "half_rho": 0.5 * s.rho,
+        "m_F": -2.0 * s.m,
         "root": s.r**-0.5,
-        "V": s.m / s.rho,
-        "c": c,
+        "inv_rho": 1.0 / s.rho,
+        "half_alpha_c": 0.5 * 2.5 * c,
         "zeta": 0.5 * s.h * c + 1.0 * s.h**2 * closing,
         "s_rr": (P - s.S_rr) / s.rho**2,
-        "s_tt": (P - (-s.S_rr - s.S_zz)) / s.rho**2,
+        "s_tr": (P - (-s.S_rr - s.S_zz) - (P - s.S_rr)) / s.rho**2,
         "s_zz": (P - s.S_zz) / s.rho**2,
         "s_rz": -s.S_rz / s.rho**2,
     }
@@ -331,12 +334,12 @@ def test_ring_records_follow_the_fields_of_ring():
         np.testing.assert_allclose(got, want, rtol=1e-14, atol=1e-14 * scale)
 
 
-def test_buffer_rows_are_an_odd_number_of_cache_lines_apart():
-    for longest in (0, 1, 8, 9, 512, 513, 1000):
-        rows, length = _buffer_rows(longest).shape
-        assert rows == RING_FIELDS
-        assert longest <= length <= longest + 16
-        assert length % 16 == 8
+def test_groups_of_the_buffer_are_an_odd_number_of_cache_lines_apart():
+    for candidates in (0, 1, 8, 9, 512, 513, 1000):
+        groups, length, fields = _buffer(candidates).shape
+        assert groups * fields == RING_FIELDS
+        assert candidates + LANES <= length <= candidates + LANES + 3
+        assert length * fields % 16 == 8
 
 
 def test_the_default_scheme_of_these_tests_uses_every_model():

@@ -56,24 +56,29 @@ def test_separation_r5_is_the_mean_squared_distance_softened(pair):
     r_a, r_b, z, *_ = pair
     _, D, q = angular_means(*pair)
     d2 = (r_a - r_b) ** 2 + z**2
-    assert separation2(d2, r_a, r_b, q, 0.0, H) == approx(D, rel=1e-13)
-    softened = separation2(d2, r_a, r_b, q, 0.25, H)
+    ratio = 2.0 * r_a * r_b / H**2 * q
+    assert separation2(d2, ratio, 0.0, H) == approx(D, rel=1e-13)
+    softened = separation2(d2, ratio, 0.25, H)
     assert softened == approx(D + 0.25 * H**2, rel=1e-13)
 
 
 @pytest.mark.parametrize("N", [0.0, 1e-9, 3.0])
 def test_viscous_pressure_r5_is_zero_for_receding_rings(N):
-    assert viscous_pressure(N, 2.0, 0.3, 2.5, 1.5, 5e3, 2.7e3) == 0.0
+    assert viscous_pressure(N, 0.5, 0.3, 2.5 * 5e3, 1.5, 1.0 / 2.7e3) == 0.0
 
 
 def test_viscous_pressure_r5_of_approaching_rings():
     h, D, N, c, rho = 0.3, 0.5, -700.0, 5350.0, 2710.0
     mu = -420.0
-    got = viscous_pressure(N, D, h, 2.5, 1.5, c, rho)
+    got = viscous_pressure(N, 1.0 / D, h, 2.5 * c, 1.5, 1.0 / rho)
     want = (2.5 * 5350.0 * 420.0 + 1.5 * 420.0**2) / 2710.0
     assert h * N / D == approx(mu, rel=1e-15)
     assert got == approx(want, rel=1e-14)
-    assert viscous_pressure(N, D, h, 0.0, 0.0, c, rho) == 0.0
+    assert viscous_pressure(N, 1.0 / D, h, 0.0, 0.0, 1.0 / rho) == 0.0
+
+
+def test_viscous_pressure_r5_does_not_hide_what_is_not_a_number():
+    assert np.isnan(viscous_pressure(np.nan, 2.0, 0.3, 2.5 * 5e3, 1.5, 1.0 / 2.7e3))
 
 
 @given(
@@ -81,5 +86,5 @@ def test_viscous_pressure_r5_of_approaching_rings():
     beta=st.floats(0.0, 10.0),
 )  # fmt: skip
 def test_viscous_pressure_r5_only_ever_resists(N, D, alpha, beta):
-    Pi = viscous_pressure(N, D, 1e-3, alpha, beta, 5e3, 2.7e3)
+    Pi = viscous_pressure(N, 1.0 / D, 1e-3, alpha * 5e3, beta, 1.0 / 2.7e3)
     assert Pi >= 0.0
