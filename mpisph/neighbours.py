@@ -125,6 +125,12 @@ def split_key(key):
 
 
 @njit(**EXACT)
+def row_of(key):
+    """Return what the keys of all cells of one level and row have in common."""
+    return key >> AXIS_BITS
+
+
+@njit(**EXACT)
 def _level_table(order, keys, h, lattice):
     """Return `levels` and `rows` of `CellOrder`."""
     levels = np.empty((2 * MAX_LEVEL + 1, 2))

@@ -3,8 +3,8 @@
 A particle is calm if it has no radial velocity, no stress and no internal energy. Where
 all particles within reach are calm and share one axial velocity, every term of R2-R7
 and R10 is a product with an exact zero. Before the shock arrives that is most of a
-plate. The test is made once a cell, on a box that holds whatever its particles reach,
-so it may take quiescent matter for disturbed, never the reverse.
+plate. The test is made on whole cells, so it may take quiescent matter for disturbed, never
+the reverse.
 
 A kernel of six spacings carries some motion six spacings further in every step, thirty
 times as fast as sound: 1e-100 m/s at the rim of a plate while the shock has hardly left
@@ -27,7 +27,7 @@ REST = 1e-20
 
 @njit(**EXACT)
 def calm_particles(records):
-    """Return which particles are calm, and how often the matter changes before each.
+    """Return which particles are calm, and where the matter changes after each.
 
     Parameters
     ----------
@@ -37,15 +37,15 @@ def calm_particles(records):
     Returns
     -------
     calm : ndarray of bool, shape (n,)
-    changes : ndarray of int64, shape (n,)
-        Number of particles up to and including each that are not calm, or differ from
-        the one before in their axial velocity.
+    next_change : ndarray of int64, shape (n + 1,)
+        Position of the first particle, at each or behind it, that is not calm or
+        differs from the one before in its axial velocity; n where there is none.
     """
     n = records.shape[0]
     calm = np.empty(n, np.bool_)
-    changes = np.empty(n, np.int64)
-    count = 0
-    for i in range(n):
+    next_change = np.empty(n + 1, np.int64)
+    next_change[n] = n
+    for i in range(n - 1, -1, -1):
         ring = records[i]
         calm[i] = (
             ring[4] == 0.0
@@ -55,15 +55,29 @@ def calm_particles(records):
             and ring[14] == 0.0
             and ring[15] == 0.0
         )
-        same = i == 0 or ring[5] == records[i - 1, 5]
-        count += not (calm[i] and same)
-        changes[i] = count
-    return calm, changes
+        same = i > 0 and ring[5] == records[i - 1, 5]
+        next_change[i] = next_change[i + 1] if calm[i] and same else i
+    return calm, next_change
 
 
 @njit(**EXACT)
-def cell_is_quiescent(cells, lattice, i, records, calm, changes):
-    """Say whether all that the particles of one cell reach is calm and moves as one.
+def cell_reach(cells, lattice, i):
+    """Return the radius [m] up to which the particles of a cell reach; with its key."""
+    level, _, ir = split_key(cells.keys[i])
+    scale = 2.0**level
+    coarsest = 0.0
+    for lev in range(cells.levels.shape[0]):
+        coarsest = max(coarsest, cells.levels[lev, 1])
+    reach = 0.5 * lattice.kappa * (2.0 * lattice.h_ref * scale + coarsest) * SLACK
+    return (ir + 1) * lattice.size * scale + reach
+
+
+@njit(**EXACT)
+def quiescent_until(cells, lattice, i, records, calm, next_change):
+    """Return up to which radius all that a cell could reach is calm and moves as one.
+
+    The rows of cells that a cell reaches are those that all cells of its row reach. So
+    what is found here for one cell serves those that follow it in its row.
 
     Parameters
     ----------
@@ -72,36 +86,46 @@ def cell_is_quiescent(cells, lattice, i, records, calm, changes):
     i : int
         Position of any particle of the cell.
     records : ndarray, shape (n, 16)
-    calm, changes : ndarray, shape (n,)
+    calm, next_change : ndarray
         Of `calm_particles`.
+
+    Returns
+    -------
+    float
+        Left edge of the first cell, from the reach inwards of this cell on, that holds
+        disturbed matter [m]. The search ends where that is within reach.
     """
+    if not calm[i]:
+        return 0.0
     level, iz_a, ir_a = split_key(cells.keys[i])
     size_a = lattice.size * 2.0**level
     h_a = 2.0 * lattice.h_ref * 2.0**level
+    needed = cell_reach(cells, lattice, i)
+    until = math.inf
     for lev in range(cells.levels.shape[0]):
         size = cells.levels[lev, 0]
         reach = 0.5 * lattice.kappa * (h_a + cells.levels[lev, 1]) * SLACK
         first, n_rows, base = cells.rows[lev]
         low = max(math.floor((iz_a * size_a - reach) / size), first)
-        high = min(
-            math.floor(((iz_a + 1) * size_a + reach) / size), first + n_rows - 1
-        )
+        high = min(math.floor(((iz_a + 1) * size_a + reach) / size), first + n_rows - 1)
         left_a = math.floor((ir_a * size_a - reach) / size)
-        right_a = math.floor(((ir_a + 1) * size_a + reach) / size)
         for iz in range(low, high + 1):
             ir_0, n_cells, cell = cells.columns[base + iz - first]
             left = max(left_a - ir_0, 0)
-            right = min(right_a - ir_0, n_cells - 1)
-            if left > right:
+            if left >= n_cells:
                 continue
             begin = cells.starts[cell + left]
-            last = cells.starts[cell + right + 1] - 1
-            if last < begin:
+            end = cells.starts[cell + n_cells]
+            if begin == end:
                 continue
-            one = calm[begin] and records[begin, 5] == records[i, 5]
-            if not one or changes[last] != changes[begin]:
-                return False
-    return True
+            changed = begin
+            if calm[begin] and records[begin, 5] == records[i, 5]:
+                changed = next_change[begin + 1]
+            if changed < end:
+                until = min(until, split_key(cells.keys[changed])[2] * size)
+                if until < needed:
+                    return until
+    return until
 
 
 @njit(**EXACT)

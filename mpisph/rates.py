@@ -19,9 +19,20 @@ from mpisph.eos import bulk_sound_speed
 from mpisph.heat import diffusivity, heat_flow
 from mpisph.jit import EXACT, INLINE
 from mpisph.kernel import XI_FAR, ring_averages, ring_averages_far
-from mpisph.neighbours import CellOrder, Lattice, candidate_runs, find_neighbours
+from mpisph.neighbours import (
+    CellOrder,
+    Lattice,
+    candidate_runs,
+    find_neighbours,
+    row_of,
+)
 from mpisph.particles import FloatArray
-from mpisph.quiescence import calm_particles, cell_is_quiescent, is_negligible
+from mpisph.quiescence import (
+    calm_particles,
+    cell_reach,
+    is_negligible,
+    quiescent_until,
+)
 from mpisph.scheme import Scheme
 from mpisph.smoothing import smoothing_rate
 from mpisph.sources import Sources
@@ -68,6 +79,10 @@ RING_FIELDS = len(Ring._fields)
 GROUP = 4
 """Fields that stand side by side in the buffer: one copy moves them, and the loop takes
 them apart by shuffles. Copied one by one, the fields cost 5 ns a pair instead of 2."""
+
+
+MASS = Ring._fields.index("m_F") % GROUP
+"""Place of m_F in its group."""
 
 
 class PairSums(NamedTuple):
@@ -134,35 +149,33 @@ def ring_at(records, i):
 
 
 @njit(**EXACT)
-def pack_neighbours(records, index, n, i, rows):
-    """Copy the records of the neighbours of particle `i` into the buffer.
+def pack_neighbours(records, index, n, rows):
+    """Copy the records of the neighbours of a particle into the buffer.
 
     Parameters
     ----------
     records : ndarray, shape (n, 16)
-    index : ndarray of int64, shape (>= n,)
-        Of `find_neighbours`.
+    index : ndarray of int64, shape (>= n + LANES,)
+        Of `find_neighbours`; filled up to a multiple of `LANES`.
     n : int
-    i : int
     rows : ndarray, shape (4, >= n + LANES, 4)
         Written: group, neighbour, field.
 
     Returns
     -------
     int
-        `n` rounded up to a multiple of `LANES`; the rest are rings of no mass.
+        `n` rounded up to a multiple of `LANES`. The rest repeat the first neighbour,
+        without its mass.
     """
+    padded = LANES * ((n + LANES - 1) // LANES)
+    for k in range(n, padded):
+        index[k] = index[0]
     place, motion, state, stress = rows[0], rows[1], rows[2], rows[3]
-    for k in range(n):
+    for k in range(padded):
         x = ring_at(records, np.uint64(index[k]))
         _put(x, np.uint64(k), place, motion, state, stress)
-    padded = LANES * ((n + LANES - 1) // LANES)
-    a = ring_at(records, i)
     for k in range(n, padded):
-        _put(a, np.uint64(k), place, motion, state, stress)
-        # One h away: of a ring at the same place D could be zero (R5).
-        place[k, 1] = a.z + 2.0 * a.half_h
-        motion[k, 2] = 0.0
+        motion[k, MASS] = 0.0
     return padded
 
 
@@ -217,9 +230,7 @@ def pair_terms(a, b, kernel, dr, dz, d2, h, scheme):
     Pi = viscous_pressure(N, inv_D, h, alpha_c, scheme.beta, inv_rho)
     flow = heat_flow(a.zeta + b.zeta, inv_rho, a.E, b.E)
 
-    force_r = (
-        (a.s_rr + b.s_rr + Pi) * x + b.s_tr * a_s2 + a.s_rz * z_A0 + b.s_rz * z_A1
-    )
+    force_r = (a.s_rr + b.s_rr + Pi) * x + b.s_tr * a_s2 + a.s_rz * z_A0 + b.s_rz * z_A1
     force_z = a.s_rz * x + (a.s_zz + b.s_zz + Pi) * z_A0 + b.s_rz * y
     return PairSums(
         b.inv_rho * l_rr,
@@ -371,23 +382,26 @@ def _buffer(candidates):
 def _update_rates(
     sources, records, cells, lattice, table, scheme, skip, rates, div, count
 ):
-    calm, changes = calm_particles(records)
+    calm, next_change = calm_particles(records)
     runs = np.empty((cells.columns.shape[0], 2), np.int64)
     rows = _buffer(512)
     buffer = rows.reshape((rows.shape[0], -1))
     index = np.empty(rows.shape[1], np.int64)
     total = 0
-    cell = -1
+    cell = row = np.int64(-1)
+    until = 0.0
     quiescent = False
     for i in range(sources.slot.size):
         slot = sources.slot[i]
         if slot < 0:
             continue
-        if cells.keys[i] != cell:
+        if skip and cells.keys[i] != cell:
             cell = cells.keys[i]
-            quiescent = skip and cell_is_quiescent(
-                cells, lattice, i, records, calm, changes
-            )
+            reach = cell_reach(cells, lattice, i)
+            if row_of(cell) != row or reach > until:
+                row = row_of(cell)
+                until = quiescent_until(cells, lattice, i, records, calm, next_change)
+            quiescent = reach <= until
         if quiescent:
             div[slot] = _rest(rates[:, slot])
             count[slot] = 0.0
@@ -402,7 +416,7 @@ def _update_rates(
         n = find_neighbours(
             records, runs, n_runs, i, scheme.kappa, scheme.self_term, index
         )
-        padded = pack_neighbours(records, index, n, i, rows)
+        padded = pack_neighbours(records, index, n, rows)
         a = ring_at(records, i)
         near_axis = lies_near_axis(a, scheme.kappa)
         if not near_axis:
