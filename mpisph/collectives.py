@@ -22,6 +22,9 @@ from mpisph.particles import LABELS, VALUES, FloatArray, IntArray, Particles
 CHUNKS = 4
 """Columns of `fixed_point_chunks`: three chunks, and a count of bad values."""
 
+RECORDS_TAG = 7302
+"""Keeps particles on the move apart from messages of the caller's own."""
+
 _BITS = 34
 # Bits of one chunk. A chunk is below 2^34, so that int64 holds the sum of up to
 # 2^29 particles.
@@ -167,6 +170,9 @@ def redistribute(
 ) -> Particles:
     """Send each particle to the rank that `destination` names.
 
+    Only particles that leave are packed, and only ranks with something to send or to
+    receive exchange messages.
+
     Parameters
     ----------
     comm : MPI.Intracomm
@@ -178,19 +184,41 @@ def redistribute(
     Returns
     -------
     Particles
-        Those received, ordered by the sending rank.
+        Those that stay, then those received, ordered by the sending rank; `particles`
+        itself where none left and none came.
     """
-    sorted_out = particles.take(np.argsort(destination, kind="stable"))
-    send_counts = np.bincount(destination, minlength=comm.size).astype(np.int64)
+    leaving = np.flatnonzero(destination != comm.rank)
+    leaving = leaving[np.argsort(destination[leaving], kind="stable")]
+    send_counts = np.bincount(destination[leaving], minlength=comm.size)
     receive_counts = np.empty(comm.size, np.int64)
-    comm.Alltoall(send_counts, receive_counts)
+    comm.Alltoall(send_counts.astype(np.int64), receive_counts)
+    if leaving.size == 0 and not receive_counts.any():
+        return particles
+    sent = _records(particles.take(leaving))
+    received = _exchange_records(comm, sent, send_counts, receive_counts)
+    stay = particles.take(np.flatnonzero(destination == comm.rank))
+    return _joined(stay, _from_records(received))
+
+
+def _exchange_records(
+    comm: MPI.Intracomm, sent: FloatArray, send_counts: IntArray,
+    receive_counts: IntArray,
+) -> FloatArray:  # fmt: skip
+    """Send the rows of `sent`, rank by rank; return those received, rank by rank."""
     received = _empty_records(int(receive_counts.sum()))
+    requests = []
     with _RecordType() as record:
-        comm.Alltoallv(
-            [_records(sorted_out), (send_counts, _displacements(send_counts)), record],
-            [received, (receive_counts, _displacements(receive_counts)), record],
-        )
-    return _from_records(received)
+        for rows, counts, start in (
+            (received, receive_counts, comm.Irecv),
+            (sent, send_counts, comm.Isend),
+        ):
+            begins = _displacements(counts)
+            for rank in np.flatnonzero(counts):
+                some = rows[begins[rank] : begins[rank] + counts[rank]]
+                message = [some, int(counts[rank]), record]
+                requests.append(start(message, int(rank), RECORDS_TAG))
+        MPI.Request.Waitall(requests)
+    return received
 
 
 def gather_all(
@@ -325,6 +353,13 @@ def _records(particles: Particles) -> FloatArray:
 
 def _from_records(records: FloatArray) -> Particles:
     return Particles.unpack([np.ascontiguousarray(records.T)])
+
+
+def _joined(first: Particles, second: Particles) -> Particles:
+    return Particles(
+        np.concatenate([first.labels, second.labels], axis=1),
+        np.concatenate([first.values, second.values], axis=1),
+    )
 
 
 def _sorted_by_id(particles: Particles) -> Particles:

@@ -1,27 +1,110 @@
 """Ghosts: copies of the particles of other ranks that a rank's particles reach.
 
-Two particles interact within ``kappa (h_a + h_b)/2``. So each particle claims the
-axial interval ``z +- kappa h/2``, and two particles can only interact if their
-intervals meet. A rank publishes the union of its claims, `lower` and `upper`; another
-rank sends it those particles whose own claim meets that. This is as little as the
-axial distance allows, follows the local h, spans as many slabs as the reach does, and
-needs no assumption on slab widths.
+Two particles interact within ``kappa (h_a + h_b)/2``. So around each particle stands a
+box that reaches ``kappa h/2`` both ways along z and along r, and two particles can only
+interact if their boxes meet. A rank claims the smallest box that holds the boxes of all
+its particles; another rank sends it those particles whose own box meets that. This
+follows the local h, spans as many parts as the reach does, and needs no assumption on
+where the cut lies.
 """
 
-import numpy as np
-from mpi4py import MPI
+from dataclasses import dataclass
+from itertools import pairwise
 
-from mpisph.particles import FloatArray, Particles
+import numpy as np
+import numpy.typing as npt
+from mpi4py import MPI
+from numba import njit
+
+from mpisph.jit import EXACT
+from mpisph.particles import FloatArray, IntArray, Particles
 
 SLACK = 1e-9
-"""Widens claims, in units of the reach, against rounding."""
+"""Widens boxes, in units of the reach, against rounding."""
 
 TAG = 7301
 """Keeps ghosts apart from messages of the caller's own on the same communicator."""
 
+NOTHING = np.array([np.inf, -np.inf, np.inf, -np.inf])
+"""The claim of a rank without particles: it meets no box."""
 
-def claim(p: Particles, kappa: float, dt: float) -> tuple[float, float]:
-    """Return the union of the owned particles' claims after a step of at most `dt`.
+
+@dataclass
+class Traffic:
+    """What this rank has sent to other ranks in exchanges of the halo.
+
+    Attributes
+    ----------
+    messages : int
+    ghosts : int
+        Particles, each counted once a rank that it went to.
+    bytes : int
+    """
+
+    messages: int = 0
+    ghosts: int = 0
+    bytes: int = 0
+
+
+class Halo:
+    """What lasts from one exchange to the next: buffers and the count of the traffic.
+
+    Attributes
+    ----------
+    traffic : Traffic
+    """
+
+    def __init__(self) -> None:
+        self.traffic = Traffic()
+        self._sent = np.empty(0)
+        self._received = np.empty(0)
+
+    def room_to_send(self, size: int) -> FloatArray:
+        """Return a buffer of so many numbers; the last one is given up."""
+        self._sent = _grown(self._sent, size)
+        return self._sent[:size]
+
+    def room_to_receive(self, size: int) -> FloatArray:
+        """Return a buffer of so many numbers; the last one is given up."""
+        self._received = _grown(self._received, size)
+        return self._received[:size]
+
+
+def _grown(buffer: FloatArray, size: int) -> FloatArray:
+    """Return the buffer, or where it is too small a new one with room to spare."""
+    return buffer if buffer.size >= size else np.empty(size + size // 4)
+
+
+def boxes(
+    r: FloatArray, z: FloatArray, reach_r: FloatArray, reach_z: FloatArray
+) -> FloatArray:
+    """Return boxes around particles.
+
+    Parameters
+    ----------
+    r, z : ndarray, shape (n,)
+        Positions [m].
+    reach_r, reach_z : ndarray, shape (n,)
+        How far the box stands out on either side [m].
+
+    Returns
+    -------
+    ndarray, shape (4, n)
+        Lower and upper z, lower and upper r [m].
+    """
+    return np.array([z - reach_z, z + reach_z, r - reach_r, r + reach_r])
+
+
+def reach(h: FloatArray, kappa: float) -> FloatArray:
+    """Return how far a particle of smoothing length `h` [m] claims, ``kappa h/2``."""
+    return (0.5 * kappa * (1.0 + SLACK)) * h
+
+
+def claim(p: Particles, kappa: float, dt: float) -> FloatArray:
+    """Return the box that holds those of the owned particles after a step.
+
+    A particle that the step carries across the axis is put back at the same distance
+    from it, which lies within its drift as well.
 
     Parameters
     ----------
@@ -33,19 +116,83 @@ def claim(p: Particles, kappa: float, dt: float) -> tuple[float, float]:
 
     Returns
     -------
-    lower, upper : float
-        Axial interval [m]; infinite and reversed where the rank owns nothing.
+    ndarray, shape (4,)
+        As `boxes`; infinite and reversed where the rank owns nothing.
     """
     if p.n == 0:
-        return np.inf, -np.inf
-    drift = dt * (np.abs(p.u_z) + 0.5 * dt * np.abs(p.du_z))
-    reach = 0.5 * kappa * (p.h + dt * np.abs(p.dh)) * (1.0 + SLACK) + drift
-    return float((p.z - reach).min()), float((p.z + reach).max())
+        return NOTHING.copy()
+    half = reach(p.h + dt * np.abs(p.dh), kappa)
+    drift_r = dt * (np.abs(p.u_r) + 0.5 * dt * np.abs(p.du_r))
+    drift_z = dt * (np.abs(p.u_z) + 0.5 * dt * np.abs(p.du_z))
+    return hull(boxes(p.r, p.z, half + drift_r, half + drift_z))
+
+
+def hull(these: FloatArray) -> FloatArray:
+    """Return the smallest box, shape (4,), that holds `these`, shape (4, n > 0)."""
+    z_low, z_high, r_low, r_high = these
+    return np.array([z_low.min(), z_high.max(), r_low.min(), r_high.max()])
+
+
+def partners_of(rank: int, claims: FloatArray) -> IntArray:
+    """Return the ranks whose claims meet that of `rank`, ascending.
+
+    Parameters
+    ----------
+    rank : int
+    claims : ndarray, shape (ranks, 4)
+        `claim` of every rank.
+    """
+    mine = claims[rank]
+    meets = (claims[:, 0] < mine[1]) & (claims[:, 1] > mine[0])
+    meets &= (claims[:, 2] < mine[3]) & (claims[:, 3] > mine[2])
+    meets[rank] = False
+    return np.flatnonzero(meets)
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def _meets(these: FloatArray, i: int, other: FloatArray) -> bool:
+    along_z = (these[0, i] < other[1]) & (these[1, i] > other[0])
+    return bool(along_z & (these[2, i] < other[3]) & (these[3, i] > other[2]))
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def select(
+    these: FloatArray, claims: FloatArray
+) -> tuple[IntArray, npt.NDArray[np.int64]]:
+    """Find for each claim the particles whose boxes meet it.
+
+    Parameters
+    ----------
+    these : ndarray, shape (4, n)
+        Boxes of particles.
+    claims : ndarray, shape (k, 4)
+
+    Returns
+    -------
+    start : ndarray of int64, shape (k + 1,)
+        Where the list of each claim begins in `index`.
+    index : ndarray of int64
+        Positions of the particles, ascending for each claim.
+    """
+    start = np.zeros(claims.shape[0] + 1, np.int64)
+    for k in range(claims.shape[0]):
+        found = 0
+        for i in range(these.shape[1]):
+            found += _meets(these, i, claims[k])
+        start[k + 1] = start[k] + found
+    index = np.empty(start[-1], np.int64)
+    for k in range(claims.shape[0]):
+        place = start[k]
+        for i in range(these.shape[1]):
+            if _meets(these, i, claims[k]):
+                index[place] = i
+                place += 1
+    return start, index
 
 
 def exchange_halo(
-    comm: MPI.Intracomm, fields: FloatArray, z: FloatArray, h: FloatArray,
-    claims: FloatArray, kappa: float,
+    comm: MPI.Intracomm, fields: FloatArray, these: FloatArray, claims: FloatArray,
+    halo: Halo,
 ) -> FloatArray:  # fmt: skip
     """Send each rank the particles it needs, return the ghosts received.
 
@@ -54,38 +201,47 @@ def exchange_halo(
     comm : MPI.Intracomm
     fields : ndarray, shape (k, n)
         What is sent of the owned particles.
-    z, h : ndarray, shape (n,)
-        Their axial positions and smoothing lengths [m].
-    claims : ndarray, shape (ranks, 2)
+    these : ndarray, shape (4, n)
+        Their `boxes` of `reach`.
+    claims : ndarray, shape (ranks, 4)
         `claim` of every rank.
-    kappa : float
-        Cut of the kernel.
+    halo : Halo
+        Of earlier exchanges.
 
     Returns
     -------
     ndarray, shape (k, ghosts)
         Ordered by rank; the order carries no meaning.
     """
-    lower, upper = claims[comm.rank]
-    meets = (claims[:, 0] < upper) & (claims[:, 1] > lower)
-    meets[comm.rank] = False
-    partners = np.flatnonzero(meets)
-    reach = 0.5 * kappa * h * (1.0 + SLACK)
-    low, high = z - reach, z + reach
+    partners = partners_of(comm.rank, claims)
+    start, index = select(these, claims[partners])
+    k = fields.shape[0]
+    packed = halo.room_to_send(k * index.size)
     requests = []
-    for rank in partners:
-        wanted = np.flatnonzero((low < claims[rank, 1]) & (high > claims[rank, 0]))
-        ghosts = np.take(fields, wanted, axis=1)
-        requests.append(comm.Isend(ghosts, dest=int(rank), tag=TAG))
-    received = [_receive(comm, int(rank), fields.shape[0]) for rank in partners]
+    for rank, (begin, end) in zip(partners, pairwise(start), strict=True):
+        message = packed[k * begin : k * end].reshape(k, end - begin)
+        # Not the default mode, which would copy once more; no index is out of range.
+        np.take(fields, index[begin:end], axis=1, out=message, mode="clip")
+        requests.append(comm.Isend(message, dest=int(rank), tag=TAG))
+    halo.traffic.messages += partners.size
+    halo.traffic.ghosts += index.size
+    halo.traffic.bytes += packed.nbytes
+    received = _receive(comm, partners, k, halo)
     MPI.Request.Waitall(requests)
     return np.concatenate([fields[:, :0], *received], axis=1)
 
 
-def _receive(comm: MPI.Intracomm, rank: int, k: int) -> FloatArray:
-    """Receive the ghosts that a rank has sent, however many they are."""
+def _receive(
+    comm: MPI.Intracomm, partners: IntArray, k: int, halo: Halo
+) -> list[FloatArray]:
+    """Receive the ghosts that each partner has sent, however many they are."""
     status = MPI.Status()
-    comm.Probe(source=rank, tag=TAG, status=status)
-    ghosts = np.empty((k, status.Get_count(MPI.DOUBLE) // k))
-    comm.Recv(ghosts, source=rank, tag=TAG)
-    return ghosts
+    ends = [0]
+    for rank in partners:
+        comm.Probe(source=int(rank), tag=TAG, status=status)
+        ends.append(ends[-1] + status.Get_count(MPI.DOUBLE))
+    buffer = halo.room_to_receive(ends[-1])
+    received = [buffer[begin:end].reshape(k, -1) for begin, end in pairwise(ends)]
+    for rank, ghosts in zip(partners, received, strict=True):
+        comm.Recv(ghosts, source=int(rank), tag=TAG)
+    return received

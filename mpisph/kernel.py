@@ -34,7 +34,7 @@ def exp_minus(x):
 
     ``exp(-x) = 2^n exp(t)``, where n is the whole number nearest to ``-x/ln 2``: adding
     1.5 2^52 rounds it and leaves it in the low bits, from which a shift brings it to
-    the exponent. The polynomial for exp(t), ``|t| <= ln(2)/2``, has an error of 1.1e-12.
+    the exponent. The polynomial for exp(t), ``|t| <= ln(2)/2``, errs by 1.1e-12.
     """
     shifted = x * -1.4426950408889634 + 6755399441055744.0
     t = (shifted - 6755399441055744.0) * -0.6931471805599453 - x

@@ -3,24 +3,24 @@
 from mpi4py import MPI
 
 from mpisph.collectives import redistribute
-from mpisph.decomposition import owners
-from mpisph.particles import FloatArray, Particles
+from mpisph.decomposition import Cut, owners
+from mpisph.particles import Particles
 
 
-def migrate(comm: MPI.Intracomm, p: Particles, edges: FloatArray) -> Particles:
-    """Send every particle to the rank in whose slab it lies.
+def migrate(comm: MPI.Intracomm, p: Particles, cut: Cut) -> Particles:
+    """Send every particle to the rank in whose part it lies.
 
     Parameters
     ----------
     comm : MPI.Intracomm
     p : Particles
         Owned particles.
-    edges : ndarray, shape (ranks - 1,)
-        Inner edges of the slabs [m].
+    cut : Cut
 
     Returns
     -------
     Particles
-        Those of this rank's slab, in no particular order.
+        Those of this rank's part, in no particular order; `p` itself where none left
+        and none came.
     """
-    return redistribute(comm, p, owners(p.z, edges))
+    return redistribute(comm, p, owners(cut, p.r, p.z))

@@ -3,8 +3,8 @@
 A particle is calm if it has no radial velocity, no stress and no internal energy. Where
 all particles within reach are calm and share one axial velocity, every term of R2-R7
 and R10 is a product with an exact zero. Before the shock arrives that is most of a
-plate. The test is made on whole cells, so it may take quiescent matter for disturbed, never
-the reverse.
+plate. The test is made on whole cells, so it may take quiescent matter for disturbed,
+never the reverse.
 
 A kernel of six spacings carries some motion six spacings further in every step, thirty
 times as fast as sound: 1e-100 m/s at the rim of a plate while the shock has hardly left

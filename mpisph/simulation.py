@@ -9,7 +9,7 @@ A step reads as the algorithm::
     kick half; apply yield and equation of state  (R7-R9)
 
 Before each step all ranks take one survey, the step's only reduction; now and then
-slabs are moved and particles change their owner.
+the cut is moved and particles change their owner.
 """
 
 import math
@@ -19,12 +19,20 @@ import numpy as np
 from mpi4py import MPI
 
 from mpisph.case import Case
+from mpisph.census import fastest_cut
 from mpisph.constitutive import MaterialTable, limit_stress, material_table, respond
-from mpisph.decomposition import equal_work_edges, imbalance, owners, work_of
+from mpisph.decomposition import (
+    Cut,
+    Patience,
+    imbalance,
+    owners,
+    part_work,
+    work_of,
+)
 from mpisph.diagnostics import CloudDefinition, cloud_definition
 from mpisph.eos import KINDS, P_MIN_MODES, MaterialConstants
 from mpisph.geometry import InitialParticles, discretise
-from mpisph.halo import exchange_halo
+from mpisph.halo import Halo, boxes, exchange_halo, reach
 from mpisph.integrator import drift, kick, predict
 from mpisph.materials import Material
 from mpisph.migration import migrate
@@ -41,6 +49,9 @@ from mpisph.timestep import StepRule
 
 NO_STEP = StepRule(fixed=True, longest=0.0, courant=0.0)
 
+MOVE_GAIN = 0.02
+"""Share of the largest work of a rank that moving the cut must save."""
+
 
 @dataclass
 class Simulation:
@@ -56,8 +67,12 @@ class Simulation:
         Number of particles on all ranks.
     scheme, table, lattice, bounds, sum_bounds, cloud
         Constants of the run, derived from the case.
-    edges : ndarray, shape (ranks - 1,)
-        Inner edges of the slabs [m].
+    cut : Cut
+        Of the domain, one part a rank.
+    patience : Patience
+        With an imbalance that no other cut could lessen.
+    halo : Halo
+        Buffers of the exchange, and what this rank has sent.
     time : float
         [s].
     step : int
@@ -80,10 +95,12 @@ class Simulation:
     bounds: Bounds
     sum_bounds: FloatArray
     cloud: CloudDefinition
-    edges: FloatArray
+    cut: Cut
     time: float = 0.0
     step: int = 0
     interactions: int = 0
+    patience: Patience = field(default_factory=Patience)
+    halo: Halo = field(default_factory=Halo)
     phases: Phases = field(default_factory=Phases)
     skip_quiescent: bool = True
 
@@ -152,8 +169,8 @@ def start(case: Case, comm: MPI.Intracomm) -> Simulation:
     n_total = initial.id.size
     scheme = make_scheme(case)
     energy, sum_bounds = _scales(case, initial)
-    edges = equal_work_edges(comm, initial.z, np.ones(n_total))
-    mine = np.flatnonzero(owners(initial.z, edges) == comm.rank)
+    cut = _first_cut(case, comm, initial)
+    mine = np.flatnonzero(owners(cut, initial.r, initial.z) == comm.rank)
     particles = _initial_particles(initial, mine)
     del initial  # every rank holds all of it
     sim = Simulation(
@@ -167,12 +184,21 @@ def start(case: Case, comm: MPI.Intracomm) -> Simulation:
         bounds=_bounds(case, energy),
         sum_bounds=sum_bounds,
         cloud=cloud_definition(case),
-        edges=edges,
+        cut=cut,
     )
     respond(sim.particles, sim.table, sim.scheme)
     claims = survey(sim, NO_STEP).claims
     evaluate_rates(sim, sim.particles.integrated.copy(), claims, 0.0)
+    rebalance(sim, survey(sim).work)  # the neighbours are known only now
     return sim
+
+
+def _first_cut(case: Case, comm: MPI.Intracomm, initial: InitialParticles) -> Cut:
+    """Return a cut into parts of equally many particles."""
+    dealt = slice(comm.rank, None, comm.size)
+    r, z, h = initial.r[dealt], initial.z[dealt], initial.h[dealt]
+    half = reach(h, case.scheme.kappa)
+    return fastest_cut(comm, r, z, half, np.ones(r.size), mode=case.parallel.cut)
 
 
 def _initial_particles(initial: InitialParticles, mine: np.ndarray) -> Particles:
@@ -231,7 +257,7 @@ def survey(sim: Simulation, rule: StepRule | None = None) -> Survey:
 
 
 def rebalance(sim: Simulation, work: FloatArray) -> None:
-    """Move slab edges where the work is unequal; give particles to their slabs.
+    """Move the cut where the work is unequal; give particles to their parts.
 
     Parameters
     ----------
@@ -240,10 +266,27 @@ def rebalance(sim: Simulation, work: FloatArray) -> None:
         Work of each rank.
     """
     with sim.phases.measure("balance"):
-        p = sim.particles
-        if imbalance(work) > sim.case.parallel.imbalance_threshold:
-            sim.edges = equal_work_edges(sim.comm, p.z, work_of(p.neighbours))
-        sim.particles = migrate(sim.comm, p, sim.edges)
+        excess = imbalance(work)
+        if excess > sim.case.parallel.imbalance_threshold and sim.patience.due(excess):
+            old, sim.cut = sim.cut, _better_cut(sim, work)
+            sim.patience.note(excess, in_vain=sim.cut is old)
+        sim.particles = migrate(sim.comm, sim.particles, sim.cut)
+
+
+def _better_cut(sim: Simulation, work: FloatArray) -> Cut:
+    """Return a new cut, or the present one where the new one would save too little.
+
+    Layers of the initial lattice cannot be divided, so some imbalance may have to stay.
+    """
+    p, old = sim.particles, sim.cut
+    mine, half = work_of(p.neighbours), reach(p.h, sim.scheme.kappa)
+    new = fastest_cut(
+        sim.comm, p.r, p.z, half, mine,
+        mode=sim.case.parallel.cut, current=old.columns,
+    )  # fmt: skip
+    after = part_work(sim.comm, owners(new, p.r, p.z), mine)
+    saves = after.max() < (1.0 - MOVE_GAIN) * work.max()
+    return new if saves or new.columns != old.columns else old
 
 
 def advance(sim: Simulation, dt: float, claims: FloatArray) -> None:
@@ -253,7 +296,7 @@ def advance(sim: Simulation, dt: float, claims: FloatArray) -> None:
     ----------
     sim : Simulation
     dt : float
-    claims : ndarray, shape (ranks, 2)
+    claims : ndarray, shape (ranks, 4)
         From the survey before this step.
     """
     p = sim.particles
@@ -281,7 +324,7 @@ def evaluate_rates(
     integrated : ndarray, shape (8, n)
         Integrated fields at the time of evaluation; its stress is brought back to the
         yield surface.
-    claims : ndarray, shape (ranks, 2)
+    claims : ndarray, shape (ranks, 4)
         Halo claims that hold for the positions and `integrated`.
     dt : float
         Time since the last evaluation, zero for the first [s].
@@ -297,7 +340,9 @@ def evaluate_rates(
         limit_stress(integrated[STRESS_ROWS], p.material, sim.table, p.plastic)
     with sim.phases.measure("halo"):
         fields = exchanged_fields(p, integrated, div)
-        ghosts = exchange_halo(sim.comm, fields, p.z, h, claims, scheme.kappa)
+        half = reach(h, scheme.kappa)
+        these = boxes(p.r, p.z, half, half)
+        ghosts = exchange_halo(sim.comm, fields, these, claims, sim.halo)
         fields = np.concatenate([fields, ghosts], axis=1)
     with sim.phases.measure("neighbours"):
         cells = sort_fields(fields, sim.lattice)

@@ -23,7 +23,7 @@ from mpisph.timestep import StepRule, local_limit
 N_SUMS = 5
 """The conserved sums and the mass of the cloud."""
 
-HEAD = 9
+HEAD = 11
 """Numbers of a record before the sums."""
 
 
@@ -36,7 +36,7 @@ class Survey(NamedTuple):
         Smallest step limit, without Courant factor [s].
     limited_by : int
         Id of the particle that sets it.
-    claims : ndarray, shape (ranks, 2)
+    claims : ndarray, shape (ranks, 4)
         Halo claim of each rank [m].
     work : ndarray, shape (ranks,)
         Work of each rank, in pairs.
@@ -90,10 +90,10 @@ def take_survey(
     record = np.empty(HEAD + N_SUMS * CHUNKS)
     record[0] = limit
     record[1] = p.id[where] if where >= 0 else -1
-    record[2:4] = claim(p, scheme.kappa, rule.allowed(limit))
-    record[4] = work_of(p.neighbours).sum()
-    record[5:7] = fault, fault_id
-    record[7:HEAD] = local_extent(p, cloud)
+    record[2:6] = claim(p, scheme.kappa, rule.allowed(limit))
+    record[6] = work_of(p.neighbours).sum()
+    record[7:9] = fault, fault_id
+    record[9:HEAD] = local_extent(p, cloud)
     record[HEAD:] = chunks.ravel().view(np.float64)
     records = np.empty((comm.size, record.size))
     comm.Allgather(record, records)
@@ -108,20 +108,20 @@ def _terms(p: Particles, cloud: CloudDefinition) -> FloatArray:
 def _conclude(records: FloatArray, bounds_of_terms: FloatArray) -> Survey:
     """Draw the same conclusions from all records on every rank."""
     first = min(range(len(records)), key=lambda k: (records[k, 0], records[k, 1]))
-    faulty = records[records[:, 5] != STABLE]
+    faulty = records[records[:, 7] != STABLE]
     fault, who = (STABLE, -1)
     if len(faulty) > 0:
-        fault, who = faulty[np.argmin(faulty[:, 6]), 5:7].astype(int)
+        fault, who = faulty[np.argmin(faulty[:, 8]), 7:9].astype(int)
     chunks = np.ascontiguousarray(records[:, HEAD:]).view(np.int64).sum(axis=0)
     *sums, cloud_mass = from_chunks(chunks.reshape(N_SUMS, CHUNKS), bounds_of_terms)
     return Survey(
         limit=float(records[first, 0]),
         limited_by=int(records[first, 1]),
-        claims=records[:, 2:4].copy(),
-        work=records[:, 4].copy(),
+        claims=records[:, 2:6].copy(),
+        work=records[:, 6].copy(),
         fault=int(fault),
         fault_id=int(who),
         sums=np.array(sums),
         cloud_mass=float(cloud_mass),
-        extent=records[:, 7:HEAD].max(axis=0),
+        extent=records[:, 9:HEAD].max(axis=0),
     )

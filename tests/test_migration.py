@@ -5,6 +5,7 @@ import pytest
 from mpi4py import MPI
 from oracles import agree, bits
 
+from mpisph.decomposition import Cut, owners
 from mpisph.migration import migrate
 from mpisph.particles import Particles
 
@@ -27,26 +28,37 @@ def table(p):
     return bits(p.pack())[:, np.argsort(p.id)].T
 
 
-EDGES = {
-    "even": lambda size: np.linspace(-1.5, 1.5, size + 1)[1:-1],
-    "empty slabs": lambda size: np.full(size - 1, 0.3),
-    "all to the first": lambda size: np.full(size - 1, 99.0),
-    "all to the last": lambda size: np.full(size - 1, -99.0),
+def even(size):
+    return Cut(np.linspace(-1.5, 1.5, size + 1)[1:-1], np.empty((size, 0)))
+
+
+def at(z):
+    return lambda size: Cut(np.full(size - 1, z), np.empty((size, 0)))
+
+
+CUTS = {
+    "even": even,
+    "columns": lambda size: Cut(np.empty(0), np.linspace(-1, 1, size + 1)[None, 1:-1]),
+    "empty slabs": at(0.3),
+    "all to the first": at(99.0),
+    "all to the last": at(-99.0),
 }
 
 
 @pytest.mark.mpi(min_size=1)
-@pytest.mark.parametrize("name", EDGES)
-def test_migration_keeps_every_bit_and_gives_each_slab_its_own(name):
+@pytest.mark.parametrize("name", CUTS)
+def test_migration_keeps_every_bit_and_gives_each_part_its_own(name):
     comm = MPI.COMM_WORLD
     p = everyone()
-    edges = EDGES[name](comm.size)
+    cut = CUTS[name](comm.size)
     dealt = np.random.default_rng(2).integers(0, comm.size, p.n)
-    got = migrate(comm, p.take(dealt == comm.rank), edges)
+    got = migrate(comm, p.take(dealt == comm.rank), cut)
 
+    x = p.r if name == "columns" else p.z
+    edges = cut.r_edges[0] if name == "columns" else cut.z_edges
     bounds = np.concatenate([[-np.inf], edges, [np.inf]])
     low, high = bounds[comm.rank], bounds[comm.rank + 1]
-    want = p.take((p.z >= low) & (p.z < high))
+    want = p.take((x >= low) & (x < high))
     problems = []
     if not np.array_equal(table(got), table(want)):
         problems.append(f"{got.n} particles, meant {want.n}")
@@ -55,23 +67,39 @@ def test_migration_keeps_every_bit_and_gives_each_slab_its_own(name):
 
 
 @pytest.mark.mpi(min_size=1)
-def test_migration_of_particles_at_home_changes_nothing():
+def test_particles_at_home_are_not_even_copied():
     comm = MPI.COMM_WORLD
-    edges = EDGES["even"](comm.size)
+    cut = even(comm.size)
     p = everyone()
     dealt = np.random.default_rng(2).integers(0, comm.size, p.n)
-    once = migrate(comm, p.take(dealt == comm.rank), edges)
-    twice = migrate(comm, once, edges)
-    same = np.array_equal(bits(twice.pack()), bits(once.pack()))
-    agree(comm, [] if same else ["moved"])
+    once = migrate(comm, p.take(dealt == comm.rank), cut)
+    agree(comm, [] if migrate(comm, once, cut) is once else ["copied"])
+
+
+@pytest.mark.mpi(min_size=2)
+def test_stayers_keep_their_places_before_those_who_come():
+    comm = MPI.COMM_WORLD
+    cut = even(comm.size)
+    p = everyone()
+    home = owners(cut, p.r, p.z)
+    astray = np.where(p.id < 20, (home + 1) % comm.size, home)
+    mine = p.take(astray == comm.rank)
+    got = migrate(comm, mine, cut)
+    stay = mine.take(mine.id >= 20)
+    same = np.array_equal(bits(got.pack()[:, : stay.n]), bits(stay.pack()))
+    came = (p.id < 20) & (home == comm.rank)
+    problems = [] if same else ["stayers moved"]
+    if set(got.id[stay.n :].tolist()) != set(p.id[came].tolist()):
+        problems.append(f"came: {got.id[stay.n :]}")
+    agree(comm, problems)
 
 
 @pytest.mark.mpi(min_size=2)
 def test_migration_from_one_rank_and_of_nothing():
     comm = MPI.COMM_WORLD
     p = everyone() if comm.rank == comm.size - 1 else Particles.zeros(0)
-    got = migrate(comm, p, EDGES["even"](comm.size))
-    none = migrate(comm, Particles.zeros(0), EDGES["even"](comm.size))
+    got = migrate(comm, p, even(comm.size))
+    none = migrate(comm, Particles.zeros(0), even(comm.size))
     counts = comm.allgather(got.n)
     assert sum(counts) == 500
     assert min(counts) > 0

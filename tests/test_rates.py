@@ -26,8 +26,8 @@ from mpisph.smoothing import AXISYMMETRIC, CLASSIC, FIXED
 from mpisph.sources import exchanged_fields, in_global_order
 
 ACCURACY = 1e-11
-"""Of the largest rate in the cloud. A sum has 60 terms of both signs, with a kernel that
-is good to 4e-12."""
+"""Of the largest rate in the cloud. A sum has 60 terms of both signs, with a kernel
+that is good to 4e-12."""
 
 PLAIN = SCHEME._replace(alpha=0.0, beta=0.0, g1=0.0, g2=0.0)
 CASES = {

@@ -10,6 +10,7 @@ from plates import plate_impact, states_at
 
 from mpisph.case import load_case
 from mpisph.collectives import gather_all
+from mpisph.decomposition import Cut, imbalance
 from mpisph.simulation import advance, rebalance, start, step_rule, survey
 
 SHOT = Path(__file__).parents[1] / "cases" / "piekutowski-4-1353.toml"
@@ -22,9 +23,9 @@ def steps(sim, count, balance_every=3):
         found = survey(sim)
         advance(sim, step_rule(sim.case).allowed(found.limit), found.claims)
         if sim.step % balance_every == 0:
-            edges, owned = sim.edges, set(sim.particles.id.tolist())
+            cut, owned = sim.cut, set(sim.particles.id.tolist())
             rebalance(sim, found.work)
-            moved_edges += not np.array_equal(edges, sim.edges)
+            moved_edges += sim.cut is not cut
             moved_particles += len(set(sim.particles.id.tolist()) - owned)
     return moved_edges, moved_particles
 
@@ -46,13 +47,15 @@ def assert_equal_on_root(comm, mine, reference):
 @pytest.mark.parametrize(
     "overrides",
     [
-        (),
+        ("parallel.cut=auto",),
+        ("parallel.cut=z",),
+        ("parallel.cut=zr",),
         ("scheme.self_term=false", "scheme.viscosity.form=printed"),
         # Far beyond the stable step: particles move a spacing and more within one.
         ("time.step=fixed", "time.dt=60 ns"),
         ("scheme.eos=tillotson", "scheme.smoothing=classic", "scheme.p_min.mode=zero"),
     ],
-    ids=["default", "printed", "fixed", "tillotson"],
+    ids=["auto", "z", "zr", "printed", "fixed", "tillotson"],
 )
 def test_any_number_of_ranks_gives_the_same_bits(overrides):
     comm = MPI.COMM_WORLD
@@ -61,6 +64,8 @@ def test_any_number_of_ranks_gives_the_same_bits(overrides):
     sim = start(case, comm)
     moved = np.array(steps(sim, 150))
     comm.Allreduce(MPI.IN_PLACE, moved)
+    columns = {"z": [1], "zr": range(2, comm.size + 1)}.get(case.parallel.cut)
+    assert comm.size == 1 or columns is None or sim.cut.columns in columns
     # What is compared has gone through migrations and moves of the edges.
     assert comm.size == 1 or moved.min() > 0
     alone = start(case, MPI.COMM_SELF)
@@ -90,13 +95,20 @@ def test_skipping_matter_at_rest_changes_no_bit(eos):
     assert_equal_on_root(comm, quick.particles, everything)
 
 
+EVERYTHING_TO_THE_LAST = {
+    "z": lambda size: Cut(np.full(size - 1, -1.0), np.empty((size, 0))),
+    "zr": lambda size: Cut(np.empty(0), np.full((1, size - 1), -1.0)),
+}
+
+
 @pytest.mark.mpi(min_size=2)
-def test_ranks_without_particles_change_nothing():
+@pytest.mark.parametrize("cut", EVERYTHING_TO_THE_LAST)
+def test_ranks_without_particles_change_nothing(cut):
     comm = MPI.COMM_WORLD
-    case = load_case(SHOT, ("resolution.npr=4",))
+    case = load_case(SHOT, ("resolution.npr=4", f"parallel.cut={cut}"))
     sim = start(case, comm)
     # All particles go to the last rank, and stay with it.
-    sim.edges = np.full(comm.size - 1, -1.0)
+    sim.cut = EVERYTHING_TO_THE_LAST[cut](comm.size)
     quiet = np.ones(comm.size)
     rebalance(sim, quiet)
     owned = comm.allgather(sim.particles.n)
@@ -107,17 +119,64 @@ def test_ranks_without_particles_change_nothing():
     alone = start(case, MPI.COMM_SELF)
     steps(alone, 5, balance_every=10)
     assert_equal_on_root(comm, sim.particles, alone.particles)
+    # The next look at the load gives all ranks something to do.
+    rebalance(sim, survey(sim).work)
+    assert min(comm.allgather(sim.particles.n)) > 0
 
 
 @pytest.mark.mpi(min_size=2)
-def test_work_is_shared_equally():
+@pytest.mark.parametrize("cut", ["auto", "z", "zr"])
+def test_work_is_shared_equally_from_the_start(cut):
     comm = MPI.COMM_WORLD
-    case = load_case(SHOT, ("resolution.npr=16",))
+    case = load_case(SHOT, ("resolution.npr=16", f"parallel.cut={cut}"))
     sim = start(case, comm)
-    rebalance(sim, survey(sim).work)
-    work = survey(sim).work
     # The plate is 14 layers thick and a layer goes to one rank.
-    assert work.max() / work.mean() < 1.15
+    assert imbalance(survey(sim).work) < 0.15
+
+
+@pytest.mark.mpi(min_size=2)
+def test_the_cut_moves_where_that_saves_work_and_not_otherwise():
+    comm = MPI.COMM_WORLD
+    settings = ("resolution.npr=16", "parallel.cut=z", "parallel.imbalance_threshold=0")
+    sim = start(load_case(SHOT, settings), comm)
+    sim.particles.neighbours[:] = 100.0
+    rebalance(sim, survey(sim).work)
+    cut = sim.cut
+    # Layers cannot be divided: looking again finds imbalance, but nothing better.
+    rebalance(sim, survey(sim).work)
+    assert imbalance(survey(sim).work) > 0.0
+    assert sim.cut is cut
+    # All work but that of the sphere ceases: the edges follow it.
+    sim.particles.neighbours[sim.particles.body == 1] = 0.0
+    before = survey(sim).work
+    rebalance(sim, before)
+    after = survey(sim).work
+    assert sim.cut is not cut
+    assert after.max() < 0.9 * before.max()
+
+
+@pytest.mark.mpi(min_size=2)
+def test_the_cut_stays_below_the_threshold():
+    comm = MPI.COMM_WORLD
+    settings = ("resolution.npr=16", "parallel.imbalance_threshold=0.05")
+    sim = start(load_case(SHOT, settings), comm)
+    cut = sim.cut
+    sim.particles.neighbours[sim.particles.body == 1] = 0.0
+    work = np.ones(comm.size)
+    work[0] += 0.04
+    rebalance(sim, work)
+    assert sim.cut is cut
+
+
+@pytest.mark.mpi(min_size=2)
+def test_traffic_is_counted():
+    comm = MPI.COMM_WORLD
+    case = load_case(SHOT, ("resolution.npr=5",))
+    sim = start(case, comm)
+    steps(sim, 3)
+    # One exchange at the start and one a step, with at least one other rank.
+    assert sim.halo.traffic.messages >= 4
+    assert sim.halo.traffic.bytes > sim.halo.traffic.ghosts > 0
 
 
 def test_mass_momentum_and_energy_are_conserved():

@@ -5,8 +5,8 @@ import pytest
 from mpi4py import MPI
 from oracles import agree, bits, cloud, evaluate
 
-from mpisph.decomposition import owners
-from mpisph.halo import claim, exchange_halo
+from mpisph.decomposition import Cut, owners
+from mpisph.halo import Halo, boxes, claim, exchange_halo, reach
 from mpisph.neighbours import make_lattice, sort_into_cells
 from mpisph.particles import FIELDS, INTEGRATED
 from mpisph.sources import EXCHANGED, Sources, exchanged_fields, in_global_order
@@ -65,7 +65,9 @@ def with_parts(owner, comm, rank):
     else:
         claims = np.array(comm.allgather(claim(mine, 3.0, 0.0)))
         fields = exchanged_fields(mine, mine.integrated, mine.div)
-        ghosts = exchange_halo(comm, fields, mine.z, mine.h, claims, 3.0)
+        half = reach(mine.h, 3.0)
+        these = boxes(mine.r, mine.z, half, half)
+        ghosts = exchange_halo(comm, fields, these, claims, Halo())
     return rates_by_id(evaluate(mine, ghosts=ghosts))
 
 
@@ -85,8 +87,9 @@ def test_rates_have_the_same_bits_on_any_number_of_ranks():
     comm = MPI.COMM_WORLD
     whole = cloud(400, 4, h_spread=3.0)
     edges = np.linspace(-4e-3, 5e-3, comm.size + 1)[1:-1]
+    cut = Cut(edges, np.empty((comm.size, 0)))
     want = rates_by_id(evaluate(cloud(400, 4, h_spread=3.0)))
-    got = with_parts(owners(whole.z, edges), comm, comm.rank)
+    got = with_parts(owners(cut, whole.r, whole.z), comm, comm.rank)
     wrong = [a for a, rates in got.items() if rates != want[a]]
     total = comm.allreduce(len(got))
     agree(comm, wrong)

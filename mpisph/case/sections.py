@@ -181,7 +181,9 @@ class Limits(FrozenModel):
 class Parallel(FrozenModel):
     """How the particles are shared among the ranks."""
 
-    rebalance_every: Count = 10
+    cut: Literal["auto", "z", "zr"] = "auto"
+    """Slabs along z alone, or divided along r as well; by default what is faster."""
+    rebalance_every: Count = 5
     """Steps between two looks at the load."""
-    imbalance_threshold: NonNegative = 0.1
-    """Excess of the largest load over the mean that calls for new slabs."""
+    imbalance_threshold: NonNegative = 0.05
+    """Excess of the largest load over the mean that calls for a new cut."""

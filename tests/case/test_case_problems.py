@@ -37,7 +37,7 @@ def test_typo_in_a_key_gets_a_suggestion(data):
 
 def test_unknown_key_without_a_neighbour_lists_the_keys(data):
     data["parallel"] = {"xyz": 1}
-    assert "rebalance_every, imbalance_threshold" in only_problem(data).expected
+    assert "cut, rebalance_every, imbalance_threshold" in only_problem(data).expected
 
 
 @pytest.mark.parametrize(
@@ -53,6 +53,15 @@ def test_typo_in_a_choice_gets_a_suggestion(data, section, value, suggestion):
     problem = only_problem(data)
     assert problem.value == value
     assert problem.suggestion == suggestion
+
+
+def test_cut_is_one_of_three(data):
+    data["parallel"] = {"cut": "rz"}
+    problem = only_problem(data)
+    assert (problem.key, problem.value) == ("parallel.cut", '"rz"')
+    for choice in ("auto", "z", "zr"):
+        assert f'"{choice}"' in problem.expected
+        assert case_from_dict({**data, "parallel": {"cut": choice}})
 
 
 def test_missing_key_is_described_with_its_unit(data):

@@ -1,0 +1,230 @@
+"""How a case would scale: what each part of a cut has to do, counted without a run.
+
+Particles, ghosts and messages are counted exactly, by the functions that a run uses.
+The time of a step follows from costs that were measured elsewhere; the slowest part
+sets it.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from mpi4py import MPI
+
+from mpisph.case import Case
+from mpisph.census import CutMode, choose_columns, take_census
+from mpisph.decomposition import Cut, equal_work_cut, owners, work_of
+from mpisph.geometry import discretise
+from mpisph.halo import NOTHING, boxes, hull, partners_of, reach, select
+from mpisph.particles import FloatArray, IntArray
+from mpisph.sources import EXCHANGED
+
+GHOST_BYTES = 8 * len(EXCHANGED)
+"""Size of a ghost in a message."""
+
+
+class Costs(NamedTuple):
+    """What a step's operations cost.
+
+    Attributes
+    ----------
+    interaction : float
+        Of a directed interaction [s].
+    particle : float
+        Of an owned particle, besides its interactions [s].
+    ghost : float
+        Of a ghost received [s].
+    latency : float
+        Of a message to and from one other part [s].
+    collective : float
+        Of the step's one collective, times log2 of the number of parts [s].
+    bandwidth : float
+        Of the network, a part [bytes/s].
+    """
+
+    interaction: float = 10e-9
+    particle: float = 300e-9
+    ghost: float = 100e-9
+    latency: float = 5e-6
+    collective: float = 2e-6
+    bandwidth: float = 5e9
+
+
+class PartCounts(NamedTuple):
+    """What the parts of a cut hold and receive in a step; arrays of shape (parts,).
+
+    Attributes
+    ----------
+    own : ndarray of int64
+        Particles owned.
+    interactions : ndarray
+        Directed interactions of these.
+    ghosts : ndarray of int64
+        Particles received from other parts.
+    messages : ndarray of int64
+        Other parts that send a message to it, which are those that it sends one to.
+    """
+
+    own: IntArray
+    interactions: FloatArray
+    ghosts: IntArray
+    messages: IntArray
+
+    @property
+    def bytes(self) -> IntArray:
+        """Bytes received."""
+        return self.ghosts * GHOST_BYTES
+
+
+class Scaling(NamedTuple):
+    """The modelled step on so many parts.
+
+    Attributes
+    ----------
+    slabs, columns : int
+    counts : PartCounts
+    efficiency : float
+        Time of one part alone over the time of the slowest part, over their number.
+    """
+
+    slabs: int
+    columns: int
+    counts: PartCounts
+    efficiency: float
+
+
+class Layout(NamedTuple):
+    """Particles as far as their sharing out needs them; arrays of shape (n,).
+
+    Attributes
+    ----------
+    r, z : ndarray
+        Positions [m].
+    reach : ndarray
+        How far each claims (see `halo.reach`) [m].
+    neighbours : ndarray
+        Number of neighbours, whole numbers; 0 for one at rest that is left out.
+    """
+
+    r: FloatArray
+    z: FloatArray
+    reach: FloatArray
+    neighbours: FloatArray
+
+
+def initial_layout(case: Case, neighbours: FloatArray | None = None) -> Layout:
+    """Return the particles of a case at the start.
+
+    Parameters
+    ----------
+    case : Case
+    neighbours : ndarray, shape (n,), optional
+        In the order of the ids; by default all are active and have as many as inside
+        a body.
+    """
+    initial = discretise(case)
+    kappa = case.scheme.kappa
+    if neighbours is None:
+        inside = round(math.pi * (kappa * case.smoothing_length / case.spacing) ** 2)
+        neighbours = np.full(initial.id.size, float(inside))
+    return Layout(initial.r, initial.z, reach(initial.h, kappa), neighbours)
+
+
+def count_parts(layout: Layout, cut: Cut) -> PartCounts:
+    """Count what each part of a cut holds and receives, exactly.
+
+    Parameters
+    ----------
+    layout : Layout
+    cut : Cut
+    """
+    parts = cut.slabs * cut.columns
+    owner = owners(cut, layout.r, layout.z)
+    order = np.argsort(owner, kind="stable")
+    own = np.bincount(owner, minlength=parts)
+    ends = np.concatenate([[0], np.cumsum(own)])
+    all_boxes = boxes(layout.r, layout.z, layout.reach, layout.reach)[:, order]
+    of_part = [np.ascontiguousarray(all_boxes[:, a:b]) for a, b in pairwise(ends)]
+    claims = np.array([hull(b) if b.size else NOTHING for b in of_part])
+    ghosts = np.zeros(parts, np.int64)
+    messages = np.zeros(parts, np.int64)
+    for part in range(parts):
+        partners = partners_of(part, claims)
+        start, _ = select(of_part[part], claims[partners])
+        ghosts[partners] += np.diff(start)
+        messages[part] = partners.size
+    pairs = np.bincount(owner, weights=layout.neighbours, minlength=parts)
+    return PartCounts(own, pairs.astype(np.float64), ghosts, messages)
+
+
+def step_times(counts: PartCounts, costs: Costs) -> FloatArray:
+    """Return the modelled time of a step on each part, shape (parts,) [s]."""
+    parts = counts.own.size
+    return np.asarray(
+        costs.interaction * counts.interactions
+        + costs.particle * counts.own
+        + costs.ghost * counts.ghosts
+        + costs.latency * counts.messages
+        + counts.bytes / costs.bandwidth
+        + costs.collective * math.log2(parts)
+    )
+
+
+def predict_scaling(
+    layout: Layout, parts: int, mode: CutMode = "auto", costs: Costs | None = None
+) -> Scaling:
+    """Return how a step scales to so many parts, with the cut that a run would make.
+
+    Parameters
+    ----------
+    layout : Layout
+    parts : int
+    mode : {"auto", "z", "zr"}
+    costs : Costs, optional
+    """
+    alone = MPI.COMM_SELF
+    r, z, half, neighbours = layout
+    work = work_of(neighbours)
+    census = take_census(alone, r, z, half, work)
+    columns = choose_columns(census, mode, parts, current=0)
+    cut = equal_work_cut(alone, r, z, work, parts // columns, columns)
+    counts = count_parts(layout, cut)
+    costs = costs or Costs()
+    slowest = float(step_times(counts, costs).max())
+    serial = costs.interaction * neighbours.sum() + costs.particle * r.size
+    return Scaling(cut.slabs, cut.columns, counts, float(serial / (parts * slowest)))
+
+
+def scaling_table(
+    layout: Layout, parts: Sequence[int] = (16, 64, 256), costs: Costs | None = None
+) -> list[str]:
+    """Return a table in Markdown, both cuts for each number of parts, by lines.
+
+    Counts are those of the part with most, and in brackets the mean.
+
+    Parameters
+    ----------
+    layout : Layout
+    parts : sequence of int, optional
+    costs : Costs, optional
+    """
+    lines = [
+        "| parts | cut | own particles | ghosts | messages | kB | efficiency |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    modes: tuple[CutMode, ...] = ("z", "zr")
+    for number in parts:
+        for mode in modes:
+            found = predict_scaling(layout, number, mode, costs)
+            lines.append(_row(number, found))
+    return lines
+
+
+def _row(parts: int, found: Scaling) -> str:
+    counts = found.counts
+    columns = (counts.own, counts.ghosts, counts.messages, counts.bytes / 1e3)
+    cells = [f"{column.max():.0f} ({column.mean():.0f})" for column in columns]
+    cut = f"{found.slabs} x {found.columns}"
+    return f"| {parts} | {cut} | {' | '.join(cells)} | {found.efficiency:.0%} |"
