@@ -108,34 +108,45 @@ class PairSums(NamedTuple):
 
 
 @njit(**EXACT)
-def ring_records(sources, table, scheme):
-    """Return the records of `Ring`, shape (n, 16): one row is two cache lines."""
-    records = np.empty((sources.r.size, RING_FIELDS))
-    for i in range(sources.r.size):
-        mat = table[sources.material[i]]
-        rho, E = sources.rho[i], sources.E[i]
+def ring_records(sources, order, table, scheme, records):
+    """Write the records of `Ring` in the global order.
+
+    Parameters
+    ----------
+    sources : Sources
+    order : ndarray of int64, shape (n,)
+        Puts them into the global order.
+    table : structured ndarray
+        Material constants.
+    scheme : Scheme
+    records : ndarray, shape (n, 16)
+        Written: a row is two cache lines.
+    """
+    for i in range(order.size):
+        k = order[i]
+        mat = table[sources.material[k]]
+        rho, E, h = sources.rho[k], sources.E[k], sources.h[k]
         P, c = pressure_and_sound_speed(rho, E, mat, scheme)
-        S_rr, S_zz, S_rz = sources.S_rr[i], sources.S_zz[i], sources.S_rz[i]
-        zeta = diffusivity(scheme.g1, scheme.g2, sources.h[i], c, sources.div[i])
-        rho2 = rho * rho
+        S_rr, S_zz, S_rz = sources.S_rr[k], sources.S_zz[k], sources.S_rz[k]
+        inv_rho = 1.0 / rho
+        inv_rho2 = inv_rho * inv_rho
         ring = records[i]
-        ring[0] = sources.r[i]
-        ring[1] = sources.z[i]
-        ring[2] = 0.5 * sources.h[i]
-        ring[3] = 1.0 / np.sqrt(max(sources.r[i], TINY_RADIUS))
-        ring[4] = sources.u_r[i]
-        ring[5] = sources.u_z[i]
-        ring[6] = -2.0 * sources.m[i]
+        ring[0] = sources.r[k]
+        ring[1] = sources.z[k]
+        ring[2] = 0.5 * h
+        ring[3] = 1.0 / np.sqrt(max(sources.r[k], TINY_RADIUS))
+        ring[4] = sources.u_r[k]
+        ring[5] = sources.u_z[k]
+        ring[6] = -2.0 * sources.m[k]
         ring[7] = 0.5 * rho
-        ring[8] = 1.0 / rho
+        ring[8] = inv_rho
         ring[9] = 0.5 * scheme.alpha * c
         ring[10] = E
-        ring[11] = zeta
-        ring[12] = (P - S_rr) / rho2
-        ring[13] = (2.0 * S_rr + S_zz) / rho2
-        ring[14] = (P - S_zz) / rho2
-        ring[15] = -S_rz / rho2
-    return records
+        ring[11] = diffusivity(scheme.g1, scheme.g2, h, c, sources.div[k])
+        ring[12] = (P - S_rr) * inv_rho2
+        ring[13] = (2.0 * S_rr + S_zz) * inv_rho2
+        ring[14] = (P - S_zz) * inv_rho2
+        ring[15] = -S_rz * inv_rho2
 
 
 @njit(**EXACT)
@@ -336,8 +347,8 @@ def lies_near_axis(a, kappa):
 
 
 @njit(**EXACT)
-def _write_rates(sums, a, sources, i, mu, mode, rates):
-    """Write the rates of one particle, return its velocity divergence.
+def _write_rates(sums, a, sources, k, mu, mode, rates):
+    """Write the rates of particle `k`, return its velocity divergence.
 
     Adding zero makes a negative zero positive: rates that are skipped are positive.
     """
@@ -345,25 +356,25 @@ def _write_rates(sums, a, sources, i, mu, mode, rates):
     div = L_rr + L_tt + L_zz
     dS_rr, dS_zz, dS_rz = jaumann_rate(
         L_rr, L_tt, sums.L_rz, sums.L_zr, L_zz,
-        sources.S_rr[i], sources.S_zz[i], sources.S_rz[i], mu,
+        sources.S_rr[k], sources.S_zz[k], sources.S_rz[k], mu,
     )  # fmt: skip
-    dh = smoothing_rate(mode, sources.h[i], div, sources.u_r[i], sources.r[i])
-    rates[0] = sums.du_r + 0.0
-    rates[1] = sums.du_z + 0.0
-    rates[2] = -sources.rho[i] * div + 0.0
-    rates[3] = heating(sums, a) + 0.0
-    rates[4] = dS_rr + 0.0
-    rates[5] = dS_zz + 0.0
-    rates[6] = dS_rz + 0.0
-    rates[7] = dh + 0.0
+    dh = smoothing_rate(mode, sources.h[k], div, sources.u_r[k], sources.r[k])
+    rates[0, k] = sums.du_r + 0.0
+    rates[1, k] = sums.du_z + 0.0
+    rates[2, k] = -sources.rho[k] * div + 0.0
+    rates[3, k] = heating(sums, a) + 0.0
+    rates[4, k] = dS_rr + 0.0
+    rates[5, k] = dS_zz + 0.0
+    rates[6, k] = dS_rz + 0.0
+    rates[7, k] = dh + 0.0
     return div
 
 
 @njit(**EXACT)
-def _rest(rates):
-    """Set the rates of one particle to zero, return its velocity divergence."""
-    for k in range(rates.size):
-        rates[k] = 0.0
+def _rest(rates, k):
+    """Set the rates of particle `k` to zero, return its velocity divergence."""
+    for row in range(rates.shape[0]):
+        rates[row, k] = 0.0
     return 0.0
 
 
@@ -391,9 +402,9 @@ def _update_rates(
     cell = row = np.int64(-1)
     until = 0.0
     quiescent = False
-    for i in range(sources.slot.size):
-        slot = sources.slot[i]
-        if slot < 0:
+    for i in range(cells.order.size):
+        k = cells.order[i]
+        if k >= div.size:  # a ghost
             continue
         if skip and cells.keys[i] != cell:
             cell = cells.keys[i]
@@ -403,11 +414,11 @@ def _update_rates(
                 until = quiescent_until(cells, lattice, i, records, calm, next_change)
             quiescent = reach <= until
         if quiescent:
-            div[slot] = _rest(rates[:, slot])
-            count[slot] = 0.0
+            div[k] = _rest(rates, k)
+            count[k] = 0.0
             continue
         n_runs, candidates = candidate_runs(
-            cells, sources.r[i], sources.z[i], sources.h[i], scheme.kappa, runs
+            cells, sources.r[k], sources.z[k], sources.h[k], scheme.kappa, runs
         )
         if candidates + LANES > rows.shape[1]:
             rows = _buffer(2 * candidates)
@@ -424,14 +435,13 @@ def _update_rates(
             near_axis = close > 0.0
         if near_axis:
             sums, _ = pair_sums(a, buffer, padded, scheme, True)
-        mat = table[sources.material[i]]
-        mine = rates[:, slot]
-        div[slot] = _write_rates(sums, a, sources, i, mat.mu, scheme.smoothing, mine)
+        mat = table[sources.material[k]]
+        div[k] = _write_rates(sums, a, sources, k, mat.mu, scheme.smoothing, rates)
         if calm[i] and is_negligible(
-            mine, bulk_sound_speed(mat), sources.h[i], sources.rho[i]
+            rates[:, k], bulk_sound_speed(mat), sources.h[k], sources.rho[k]
         ):
-            div[slot] = _rest(mine)
-        count[slot] = n
+            div[k] = _rest(rates, k)
+        count[k] = n
         total += n
     return total
 
@@ -452,9 +462,9 @@ def update_rates(
     Parameters
     ----------
     sources : Sources
-        Owned and ghosts in global order.
+        Owned particles, then ghosts.
     cells : CellOrder
-        Of the same particles.
+        Their global order.
     lattice : Lattice
     table : structured ndarray
         Material constants.
@@ -472,7 +482,10 @@ def update_rates(
     int
         Number of directed interactions evaluated.
     """
-    records = ring_records(sources, table, scheme)
+    # Allocated here: NumPy asks for large pages, Numba does not, and records of 350 000
+    # particles then take four times as long to write.
+    records = np.empty((cells.order.size, RING_FIELDS))
+    ring_records(sources, cells.order, table, scheme, records)
     return int(
         _update_rates(
             sources, records, cells, lattice, table, scheme, skip_quiescent,

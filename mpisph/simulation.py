@@ -42,7 +42,7 @@ from mpisph.phases import Phases
 from mpisph.rates import update_rates
 from mpisph.scheme import Scheme
 from mpisph.smoothing import MODES
-from mpisph.sources import exchanged_fields, in_global_order, sort_fields
+from mpisph.sources import exchanged_fields, name_fields, sort_fields
 from mpisph.stability import Bounds
 from mpisph.survey import Survey, take_survey
 from mpisph.timestep import StepRule
@@ -343,13 +343,13 @@ def evaluate_rates(
         half = reach(h, scheme.kappa)
         these = boxes(p.r, p.z, half, half)
         ghosts = exchange_halo(sim.comm, fields, these, claims, sim.halo)
-        fields = np.concatenate([fields, ghosts], axis=1)
+        if ghosts.size > 0:
+            fields = np.concatenate([fields, ghosts], axis=1)
     with sim.phases.measure("neighbours"):
         cells = sort_fields(fields, sim.lattice)
-        sources = in_global_order(fields, p.n, cells)
     with sim.phases.measure("pair loop"):
         sim.interactions += update_rates(
-            sources,
+            name_fields(fields),
             cells,
             sim.lattice,
             sim.table,

@@ -1,7 +1,7 @@
 """What the pair loop reads: owned and ghost particles in one global order.
 
-Owned particles, predicted to the new time, and the ghosts received are joined and put
-in the order (cell, id). The cells are those of a lattice that does not depend on the
+Owned particles, predicted to the new time, and the ghosts received are joined and
+sorted by (cell, id). The cells are those of a lattice that does not depend on the
 ranks, so the neighbours of a particle stand in the same order on any number of ranks,
 and sums over them have the same bits.
 """
@@ -27,13 +27,11 @@ _LABELS = [name for name in EXCHANGED if name in LABELS]
 
 
 class Sources(NamedTuple):
-    """Owned and ghost particles in global order; each array has shape (n + ghosts,).
+    """Owned particles and then ghosts; each array has shape (n + ghosts,), SI units.
 
-    `slot` is the index among the owned particles, or -1 for a ghost; the other fields
-    are those that `FIELDS` marks as exchanged, in SI units.
+    The fields are those that `FIELDS` marks as exchanged, in its order.
     """
 
-    slot: IntArray
     id: IntArray
     material: IntArray
     m: FloatArray
@@ -88,18 +86,7 @@ def sort_fields(fields: FloatArray, lattice: Lattice) -> CellOrder:
     )
 
 
-def in_global_order(fields: FloatArray, n_owned: int, cells: CellOrder) -> Sources:
-    """Return exchanged fields, owned and then ghosts, in the order of `cells`.
-
-    Parameters
-    ----------
-    fields : ndarray, shape (len(EXCHANGED), n + ghosts)
-    n_owned : int
-        How many of them are owned.
-    cells : CellOrder
-        Of the same particles.
-    """
-    ordered = np.take(fields, cells.order, axis=1)
-    labels = ordered[: len(_LABELS)].view(np.int64)
-    named = dict(zip(EXCHANGED, [*labels, *ordered[len(_LABELS) :]], strict=True))
-    return Sources(slot=np.where(cells.order < n_owned, cells.order, -1), **named)
+def name_fields(fields: FloatArray) -> Sources:
+    """Return views of exchanged fields, shape (len(EXCHANGED), n), by their names."""
+    rows = dict(zip(EXCHANGED, fields, strict=True))
+    return Sources(**{**rows, **{name: rows[name].view(np.int64) for name in _LABELS}})

@@ -27,7 +27,7 @@ from mpisph.particles import Particles
 from mpisph.rates import update_rates
 from mpisph.scheme import Scheme
 from mpisph.smoothing import AXISYMMETRIC, CLASSIC
-from mpisph.sources import exchanged_fields, in_global_order
+from mpisph.sources import exchanged_fields, name_fields
 
 DIGITS = 60
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459")
@@ -250,10 +250,17 @@ def evaluate(
     lattice = make_lattice(h0, scheme.kappa)
     ids = fields[0].view(np.int64)
     cells = sort_into_cells(ids, fields[3], fields[4], fields[12], lattice)
-    s = in_global_order(fields, p.n, cells)
     table = material_table(list(materials))
     update_rates(
-        s, cells, lattice, table, scheme, p.rates, p.div, p.neighbours, skip_quiescent
+        name_fields(fields),
+        cells,
+        lattice,
+        table,
+        scheme,
+        p.rates,
+        p.div,
+        p.neighbours,
+        skip_quiescent,
     )
     return p
 

@@ -23,7 +23,7 @@ from mpisph.kernel import XI_FAR
 from mpisph.neighbours import make_lattice, sort_into_cells
 from mpisph.rates import LANES, RING_FIELDS, Ring, _buffer, ring_records
 from mpisph.smoothing import AXISYMMETRIC, CLASSIC, FIXED
-from mpisph.sources import exchanged_fields, in_global_order
+from mpisph.sources import Sources, exchanged_fields, name_fields
 
 ACCURACY = 1e-11
 """Of the largest rate in the cloud. A sum has 60 terms of both signs, with a kernel
@@ -303,8 +303,12 @@ def test_ring_records_follow_the_fields_of_ring():
     p = cloud(5, 33)
     p.r[0] = 1e-9
     cells = sort_into_cells(p.id, p.r, p.z, p.h, make_lattice(2e-3, 3.0))
-    s = in_global_order(exchanged_fields(p, p.integrated, p.div), p.n, cells)
-    ring = Ring(*ring_records(s, material_table([ALUMINIUM]), SCHEME).T)
+    s = name_fields(exchanged_fields(p, p.integrated, p.div))
+    records = np.empty((5, RING_FIELDS))
+    table = material_table([ALUMINIUM])
+    ring_records(s, cells.order, table, SCHEME, records)
+    ring = Ring(*records.T)
+    s = Sources(*(field[cells.order] for field in s))
     P, c = np.array(
         [
             pressure_and_sound_speed(*state, ALUMINIUM, SCHEME)

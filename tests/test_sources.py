@@ -7,9 +7,8 @@ from oracles import agree, bits, cloud, evaluate
 
 from mpisph.decomposition import Cut, owners
 from mpisph.halo import Halo, boxes, claim, exchange_halo, reach
-from mpisph.neighbours import make_lattice, sort_into_cells
 from mpisph.particles import FIELDS, INTEGRATED
-from mpisph.sources import EXCHANGED, Sources, exchanged_fields, in_global_order
+from mpisph.sources import EXCHANGED, Sources, exchanged_fields, name_fields
 
 
 def test_exchanged_fields_are_those_of_the_table():
@@ -32,22 +31,17 @@ def test_exchanged_fields_are_those_of_the_table():
 
 
 def test_sources_name_what_is_exchanged():
-    assert Sources._fields == ("slot", *EXCHANGED)
+    assert Sources._fields == EXCHANGED
 
 
-@pytest.mark.parametrize("n_owned", [0, 17, 40])
-def test_in_global_order(n_owned):
+def test_name_fields():
     p = cloud(40, 3, n_materials=2)
     p.id[:] += 2**53 + 1  # beyond what a float could count
-    cells = sort_into_cells(p.id, p.r, p.z, p.h, make_lattice(2e-3, 3.0))
-    s = in_global_order(exchanged_fields(p, p.integrated, p.div), n_owned, cells)
+    s = name_fields(exchanged_fields(p, p.integrated, p.div))
     for name in EXCHANGED:
-        want = getattr(p, name)[cells.order]
+        want = getattr(p, name)
         np.testing.assert_array_equal(getattr(s, name), want)
         assert getattr(s, name).dtype == want.dtype
-    want = [k if k < n_owned else -1 for k in cells.order]
-    np.testing.assert_array_equal(s.slot, want)
-    assert np.count_nonzero(s.slot >= 0) == n_owned
 
 
 def rates_by_id(p):
