@@ -1,4 +1,4 @@
-"""The command line: ``mpisph run``, ``mpisph schema``, ``mpisph figures``.
+"""The command line: ``mpisph run``, ``mpisph bench`` and smaller commands.
 
 Every rank runs the same commands; rank 0 alone speaks. Exit codes: 0 done, 2 bad
 input, 3 unstable run, 1 anything else. An unforeseen exception on one rank ends all.
@@ -15,11 +15,15 @@ from typing import NoReturn, TypeVar
 import click
 from mpi4py import MPI
 
+import mpisph
 from mpisph import __version__
+from mpisph.bench.record import PARTS, write_bench
 from mpisph.case import Case, case_schema, load_case
 from mpisph.collectives import on_root
 from mpisph.errors import CaseError, CollectiveError, MpisphError
 from mpisph.estimate import estimate
+from mpisph.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
+from mpisph.materials.quantities import si_value
 from mpisph.progress import open_console
 
 BAD_INPUT = 2
@@ -139,6 +143,142 @@ def _clock_text(folder: Path) -> str:
             f"  {name:16} error {100 * left:+5.1f} %, alone {alone * 1e6:5.2f} us"
         )
     return "\n".join(lines)
+
+
+def _positive_time(_: click.Context, option: click.Parameter, text: str) -> float:
+    """Return a time with its unit, such as ``4us``, in seconds."""
+    try:
+        seconds = si_value(text, "s")
+    except ValueError as error:
+        raise click.BadParameter(f"{text}: {error}", param=option) from error
+    if seconds <= 0.0:
+        raise click.BadParameter(f"{text}: expected more than 0 s", param=option)
+    return seconds
+
+
+@cli.command("bench")
+@click.argument(
+    "case_file", metavar="[CASE]", required=False, type=click.Path(path_type=Path)
+)
+@click.option(
+    "--npr",
+    type=click.IntRange(min=2),
+    default=40,
+    show_default=True,
+    help="Particles along the radius of the shot's sphere.",
+)
+@click.option(
+    "--late",
+    metavar="TIME",
+    callback=_positive_time,
+    default="4us",
+    show_default=True,
+    help="The shot's late time.",
+)
+@click.option(
+    "--store",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder that keeps the shot at its late time.  [default: in the code cache]",
+)
+@click.option(
+    "--repeats",
+    type=click.IntRange(min=1),
+    default=5,
+    show_default=True,
+    help="How often each scene is timed; the median and the extremes are said.",
+)
+@click.option(
+    "--steps",
+    type=click.IntRange(min=1),
+    default=10,
+    show_default=True,
+    help="Steps of one repeat.",
+)
+@click.option(
+    "--only",
+    type=click.Choice(PARTS),
+    multiple=True,
+    help="Measure this alone (repeatable).",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    default="bench.json",
+    show_default=True,
+    help="JSON file of all figures.",
+)
+def bench_command(
+    case_file: Path | None,
+    npr: int,
+    late: float,
+    store: Path | None,
+    repeats: int,
+    steps: int,
+    only: tuple[str, ...],
+    output: Path,
+) -> None:
+    """Measure the speed of this program on this machine.
+
+    A block of particles, the shot CASE (4-1353 by default) at impact and at a late
+    time, on one rank and on more, up to those that mpirun started; then the start-up.
+    """
+    from mpisph.bench.bench import Options, bench
+    from mpisph.bench.tables import tables
+
+    comm = MPI.COMM_WORLD
+    options = Options(
+        npr, late, store or CACHE_FOLDER.parent / "bench", steps, repeats, only or PARTS
+    )
+    record = bench(
+        case_file or _shipped_case(), comm, options, open_console(stderr=True)
+    )
+    on_root(comm, lambda: write_bench(output, record))
+    if comm.rank == 0:
+        console = open_console(stderr=False)
+        for table in tables(record):
+            console.print(table)
+        console.print(f"figures in {output}", highlight=False)
+
+
+def _shipped_case() -> Path:
+    """Return the case to measure where none is given."""
+    path = Path(mpisph.__file__).parents[1] / "cases" / "piekutowski-4-1353.toml"
+    if not path.exists():
+        raise click.UsageError("no case files beside the package: give a CASE")
+    return path
+
+
+@cli.group("cache")
+def cache_group() -> None:
+    """Compile beforehand; look after the compiled code."""
+
+
+@cache_group.command("warm")
+def cache_warm_command() -> None:
+    """Compile all that a run calls, and say where the code is kept."""
+    from mpisph.compiled import warm_up
+
+    warm_up(MPI.COMM_WORLD)
+    _say_cache()
+
+
+@cache_group.command("show")
+def cache_show_command() -> None:
+    """Say where compiled code is kept, and whether a run must compile first."""
+    _say_cache()
+
+
+def _say_cache() -> None:
+    state = "compiled" if is_compiled() else "not compiled yet"
+    click.echo(f"{CACHE_FOLDER}: {state}, {cache_size() / 1e6:.1f} MB")
+
+
+@cache_group.command("clear")
+def cache_clear_command() -> None:
+    """Remove all compiled code, of these and of other sources."""
+    on_root(MPI.COMM_WORLD, clear_cache)
+    click.echo(f"removed from {CACHE_FOLDER.parent}")
 
 
 def on_root_or_raise(comm: MPI.Intracomm, action: Callable[[], T]) -> T:

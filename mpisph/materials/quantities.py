@@ -87,8 +87,8 @@ newton = kilogram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
 joule = newton * meter = J
 """
-"""Units of nearly every case, in pint's language. To read all of pint's own takes 0.15 s
-of every start, so those are a second resort."""
+"""Units of nearly every case, in pint's language. To read all that pint knows takes
+0.15 s, at every start; so that is a second resort."""
 
 
 @lru_cache(maxsize=2)

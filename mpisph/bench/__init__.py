@@ -1,0 +1,1 @@
+"""Measurements of speed, memory, traffic and start-up that anyone can repeat."""
