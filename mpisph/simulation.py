@@ -13,7 +13,6 @@ slabs are moved and particles change their owner.
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,13 +23,13 @@ from mpisph.constitutive import MaterialTable, limit_stress, material_table, res
 from mpisph.decomposition import equal_work_edges, imbalance, owners, work_of
 from mpisph.diagnostics import CloudDefinition, cloud_definition
 from mpisph.eos import KINDS, P_MIN_MODES, MaterialConstants
-from mpisph.geometry import discretise
+from mpisph.geometry import InitialParticles, discretise
 from mpisph.halo import exchange_halo
 from mpisph.integrator import drift, kick, predict
 from mpisph.materials import Material
 from mpisph.migration import migrate
 from mpisph.neighbours import Lattice, find_neighbours, make_lattice
-from mpisph.particles import FIELDS, INTEGRATED, STRESS_ROWS, FloatArray, Particles
+from mpisph.particles import INTEGRATED, STRESS_ROWS, FloatArray, Particles
 from mpisph.phases import Phases
 from mpisph.rates import update_rates
 from mpisph.scheme import Scheme
@@ -149,11 +148,11 @@ def start(case: Case, comm: MPI.Intracomm) -> Simulation:
     Simulation
         At time zero.
     """
-    return start_from(case, comm, discretise(case)._asdict(), 0.0)
+    return start_from(case, comm, discretise(case), 0.0)
 
 
 def start_from(
-    case: Case, comm: MPI.Intracomm, fields: Mapping[str, np.ndarray], time: float
+    case: Case, comm: MPI.Intracomm, initial: InitialParticles, time: float
 ) -> Simulation:
     """Share given particles out and evaluate the first rates.
 
@@ -161,9 +160,8 @@ def start_from(
     ----------
     case : Case
     comm : MPI.Intracomm
-    fields : mapping of str to ndarray, shape (n,)
-        All particles, the same on every rank, in the order of their ids: labels and
-        state by name (SI), as the arrays of a snapshot. What is left out is zero.
+    initial : InitialParticles
+        All particles, the same on every rank.
     time : float
         Time of this state [s].
 
@@ -171,20 +169,19 @@ def start_from(
     -------
     Simulation
     """
-    n_total = fields["id"].size
-    edges = equal_work_edges(comm, fields["z"], np.ones(n_total))
-    mine = np.flatnonzero(owners(fields["z"], edges) == comm.rank)
-    particles = _take_fields(fields, mine)
-    del fields  # every rank holds all of it
+    n_total = initial.id.size
     scheme = make_scheme(case)
-    energy, sum_bounds = _scales(
-        case, comm.allreduce(particles.m.max(initial=0.0), MPI.MAX)
-    )
+    energy, sum_bounds = _scales(case, initial)
+    edges = equal_work_edges(comm, initial.z, np.ones(n_total))
+    mine = np.flatnonzero(owners(initial.z, edges) == comm.rank)
+    particles = _initial_particles(initial, mine)
+    del initial  # every rank holds all of it
     sim = Simulation(
         case=case,
         comm=comm,
         particles=particles,
         n_total=n_total,
+        time=time,
         scheme=scheme,
         table=make_table(case),
         lattice=make_lattice(case.smoothing_length, scheme.kappa),
@@ -192,7 +189,6 @@ def start_from(
         sum_bounds=sum_bounds,
         cloud=cloud_definition(case),
         edges=edges,
-        time=time,
     )
     respond(sim.particles, sim.table, sim.scheme)
     claims = survey(sim, NO_STEP).claims
@@ -200,25 +196,26 @@ def start_from(
     return sim
 
 
-def _take_fields(fields: Mapping[str, np.ndarray], mine: np.ndarray) -> Particles:
+def _initial_particles(initial: InitialParticles, mine: np.ndarray) -> Particles:
     p = Particles.zeros(mine.size)
-    given = [f.name for f in FIELDS if f.role in ("label", "state")]
-    for name in fields.keys() & given:
-        getattr(p, name)[:] = fields[name][mine]
+    for name, values in initial._asdict().items():
+        if values is not None:
+            getattr(p, name)[:] = values[mine]
     return p
 
 
-def _scales(case: Case, mass: float) -> tuple[float, FloatArray]:
+def _scales(case: Case, initial: InitialParticles) -> tuple[float, FloatArray]:
     """Return the run's specific energy and bounds of one particle's conserved terms.
 
     The energy is the largest kinetic one at the start, or that of a hundredth of the
-    bulk sound speed where nothing moves. The bounds, for a largest `mass` of a
-    particle, may be loose: see `collectives.fixed_point_chunks`.
+    bulk sound speed where nothing moves. The bounds may be loose: see
+    `collectives.fixed_point_chunks`.
     """
     slow = 0.01 * max(entry.material.c0 for entry in case.material_table)
-    speed = max(slow, *(abs(body.velocity) for body in case.bodies))
+    speed = max(float(np.abs(initial.u_z).max()), slow)
     energy = 0.5 * speed**2
     room = 1e6
+    mass = float(initial.m.max())
     terms = np.array([1.0, room * speed, room * energy, room * energy])
     return energy, mass * terms
 

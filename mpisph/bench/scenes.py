@@ -12,7 +12,7 @@ from mpi4py import MPI
 from mpisph.bench.record import SceneName
 from mpisph.case import Case, case_from_dict
 from mpisph.collectives import on_root
-from mpisph.geometry import discretise
+from mpisph.geometry import InitialParticles, discretise
 from mpisph.run import make_step
 from mpisph.simulation import Simulation, start, start_from, step_rule, survey
 from mpisph.snapshot import SNAPSHOTS_FOLDER, Snapshot, read_snapshot, write_snapshot
@@ -73,11 +73,10 @@ def start_block(npr: int, comm: MPI.Intracomm) -> Simulation:
     No particle is then exactly at rest, where a step would have nothing to do.
     """
     case = block_case(npr)
-    fields = discretise(case)._asdict()
-    disturbance = np.random.default_rng(1).normal(size=(3, fields["id"].size))
-    fields["u_r"], fields["u_z"] = disturbance[:2]
-    fields["rho"] = fields["rho"] * (1.0 + 1e-4 * disturbance[2])
-    return start_from(case, comm, fields, 0.0)
+    quiet = discretise(case)
+    u_r, u_z, change = np.random.default_rng(1).normal(size=(3, quiet.id.size))
+    rho = quiet.rho * (1.0 + 1e-4 * change)
+    return start_from(case, comm, quiet._replace(u_r=u_r, u_z=u_z, rho=rho), 0.0)
 
 
 def keep_late_start(case: Case, comm: MPI.Intracomm, time: float, store: Path) -> Path:
@@ -131,7 +130,8 @@ def start_late(case: Case, path: Path, comm: MPI.Intracomm) -> Simulation:
     found: list[Snapshot] = []
     on_root(comm, lambda: found.append(read_snapshot(path)))
     snapshot = comm.bcast(found)[0]
-    return start_from(case, comm, snapshot.arrays, snapshot.time)
+    arrays = {name: snapshot.arrays[name] for name in InitialParticles._fields}
+    return start_from(case, comm, InitialParticles(**arrays), snapshot.time)
 
 
 def scaled_npr(npr: int, ranks: int) -> int:
