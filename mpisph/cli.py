@@ -17,7 +17,7 @@ from mpi4py import MPI
 
 import mpisph
 from mpisph import __version__
-from mpisph.bench.record import PARTS, write_bench
+from mpisph.bench import PARTS
 from mpisph.case import Case, case_schema, load_case
 from mpisph.collectives import on_root
 from mpisph.errors import CaseError, CollectiveError, MpisphError
@@ -224,6 +224,7 @@ def bench_command(
     time, on one rank and on more, up to those that mpirun started; then the start-up.
     """
     from mpisph.bench.bench import Options, bench
+    from mpisph.bench.record import write_bench
     from mpisph.bench.tables import tables
 
     comm = MPI.COMM_WORLD
@@ -238,7 +239,13 @@ def bench_command(
         console = open_console(stderr=False)
         for table in tables(record):
             console.print(table)
-        console.print(f"figures in {output}", highlight=False)
+        m = record.machine
+        console.print(
+            f"{m.cpu}, {m.cores} logical cores, load average {m.load[0]:.2f} at the "
+            f"start\nfigures in {output}",
+            highlight=False,
+            soft_wrap=True,
+        )
 
 
 def _shipped_case() -> Path:

@@ -8,8 +8,9 @@ from typing import NamedTuple
 from mpi4py import MPI
 from rich.console import Console
 
+from mpisph.bench import PARTS
 from mpisph.bench.measure import measure, on_ranks, peak_memory, reset_peak
-from mpisph.bench.record import PARTS, BenchRecord, Machine, Measurement, Scaling
+from mpisph.bench.record import BenchRecord, Machine, Measurement, Scaling
 from mpisph.bench.scenes import (
     Scene,
     keep_late_start,

@@ -11,9 +11,6 @@ from pydantic import BaseModel, ConfigDict
 
 from mpisph.files import write_text
 
-PARTS = ("block", "impact", "late", "start-up")
-"""What a bench may measure."""
-
 SceneName = Literal["block", "impact", "late"]
 Scaling = Literal["strong", "weak"]
 
