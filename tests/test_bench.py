@@ -19,7 +19,7 @@ from mpisph.bench.measure import (
     time_block,
 )
 from mpisph.bench.record import BenchRecord, Spread, StartUp, read_bench
-from mpisph.bench.startup import launch_environment
+from mpisph.bench.startup import launch_environment, on_all_cores
 from mpisph.bench.tables import tables
 from mpisph.case import load_case
 from mpisph.collectives import gather_all
@@ -251,3 +251,16 @@ def test_a_launched_program_does_not_take_itself_for_a_rank(monkeypatch):
     assert not {"PMIX_RANK", "OMPI_COMM_WORLD_SIZE"} & kept.keys()
     assert kept["OMPI_ALLOW_RUN_AS_ROOT"] == "1"
     assert kept["PATH"] == os.environ["PATH"]
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="binds no processes")
+def test_a_launched_program_is_not_bound_to_the_core_of_one_rank():
+    before = os.sched_getaffinity(0)
+    one = {min(before)}
+    os.sched_setaffinity(0, one)
+    try:
+        with on_all_cores():
+            assert os.sched_getaffinity(0) >= before
+        assert os.sched_getaffinity(0) == one
+    finally:
+        os.sched_setaffinity(0, before)

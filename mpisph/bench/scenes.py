@@ -82,6 +82,9 @@ def start_block(npr: int, comm: MPI.Intracomm) -> Simulation:
 def keep_late_start(case: Case, comm: MPI.Intracomm, time: float, store: Path) -> Path:
     """Return the snapshot of a case at `time`; run the case there if it is not stored.
 
+    What older sources have stored serves as well: their speed and that of newer ones
+    are then measured on the same particles.
+
     Parameters
     ----------
     case : Case

@@ -46,7 +46,7 @@ def measure_start_up(case_file: Path, ranks: int, repeats: int) -> StartUp:
     OSError
         If no run can be launched, or no folder made.
     """
-    with tempfile.TemporaryDirectory() as folder, _on_all_cores():
+    with tempfile.TemporaryDirectory() as folder, on_all_cores():
         cache = Path(folder) / "cache"
         launches = [
             _launch(case_file, ranks, Path(folder) / "run", cache)
@@ -56,7 +56,7 @@ def measure_start_up(case_file: Path, ranks: int, repeats: int) -> StartUp:
 
 
 @contextmanager
-def _on_all_cores() -> Iterator[None]:
+def on_all_cores() -> Iterator[None]:
     """Let what is launched inside the block use all cores, not only this rank's."""
     if not hasattr(os, "sched_setaffinity"):  # not every system binds processes
         yield
