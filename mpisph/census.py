@@ -18,11 +18,11 @@ CutMode = Literal["auto", "z", "zr"]
 CELLS = 256
 """Cells of the census along z and along r."""
 
-GHOST_WORK = 25.0
-"""Work of receiving and sorting a ghost, in units of a pair."""
+GHOST_WORK = 8.0
+"""Work of receiving and sorting a ghost, in units of a pair (90 ns)."""
 
-MESSAGE_WORK = 2000.0
-"""Work of a message to and from one other part, in units of a pair."""
+MESSAGE_WORK = 1000.0
+"""Work of a message to and from one other part, in units of a pair (10 us)."""
 
 SWITCH_GAIN = 0.05
 """Share of the step's time that another number of columns must promise."""

@@ -2,13 +2,14 @@
 
 Ranks that compile at the same time can spoil Numba's disk cache, and would each spend
 the same half minute. So rank 0 goes first, then one rank of each node (whose cache may
-be its own), then the others.
+be its own), then the others. Where all that a run calls has been compiled before, there
+is nothing to do: each function is loaded when it is first called.
 """
 
 from mpi4py import MPI
 
 from mpisph.case import case_from_dict
-from mpisph.jit import prune_cache
+from mpisph.jit import is_compiled, mark_compiled, prune_cache
 from mpisph.simulation import advance, rebalance, start, survey
 
 TINY = {
@@ -31,25 +32,28 @@ TINY = {
 
 
 def warm_up(comm: MPI.Intracomm) -> None:
-    """Compile, or load from the disk cache, all that a run calls.
+    """Compile all that a run calls, unless the disk cache holds it on every rank.
 
     Parameters
     ----------
     comm : MPI.Intracomm
         Collective over it.
     """
+    if comm.allreduce(is_compiled(), MPI.LAND):
+        return
     node = comm.Split_type(MPI.COMM_TYPE_SHARED, key=comm.rank)
     turn = 0 if comm.rank == 0 else 1 if node.rank == 0 else 2
     node.Free()
     for now in range(3):
         if now == turn:
-            _run_tiny_case()
+            run_tiny_case()
+            mark_compiled()
         comm.Barrier()
     if comm.rank == 0:
         prune_cache()
 
 
-def _run_tiny_case() -> None:
+def run_tiny_case() -> None:
     """Make two steps of a tiny case on this rank alone."""
     sim = start(case_from_dict(TINY), MPI.COMM_SELF)
     for _ in range(2):

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from mpisph.case import Case
 from mpisph.geometry import check_count, particle_count
-from mpisph.particles import LABELS, VALUES
+from mpisph.particles import INTEGRATED, LABELS, VALUES
 from mpisph.rates import RING_FIELDS
-from mpisph.sources import EXCHANGED, Sources
+from mpisph.sources import EXCHANGED
 from mpisph.timestep import VISCOUS_SHARE
 
 COMPRESSION = 0.83
@@ -17,6 +17,12 @@ behind the shock. Measured on the four shots: 0.80 to 0.87."""
 RANK_BYTES = 2.0e8
 """Memory of a rank before its first particle: the interpreter, its libraries and the
 compiled code (measured). Compiling takes half as much again."""
+
+PARTICLE_BYTES = 8.0 * (
+    len(LABELS) + len(VALUES) + len(INTEGRATED) + 3 * len(EXCHANGED) + RING_FIELDS
+)
+"""Memory of a particle at the peak, in the pair loop: its state, what is predicted,
+exchanged and sorted, and its record. Measured: 740 to 756 bytes."""
 
 INITIAL_BYTES = 93.0
 """Memory of a particle on every rank while the bodies are filled (measured)."""
@@ -78,8 +84,7 @@ def estimate(case: Case, ranks: int) -> Estimate:
         particles=n,
         neighbours=neighbours,
         steps=math.ceil(case.end_time / _typical_step(case)),
-        memory=ranks * RANK_BYTES
-        + n * max(_bytes_per_particle(neighbours), ranks * INITIAL_BYTES),
+        memory=ranks * RANK_BYTES + n * max(PARTICLE_BYTES, ranks * INITIAL_BYTES),
         ranks=ranks,
     )
 
@@ -93,11 +98,3 @@ def _typical_step(case: Case) -> float:
     signal = fastest * (1.0 + VISCOUS_SHARE * viscosity.alpha)
     step = COMPRESSION * t.cfl * case.smoothing_length / signal
     return step if t.dt is None else min(step, t.dt)
-
-
-def _bytes_per_particle(neighbours: float) -> float:
-    """Return the bytes that a particle takes at the peak, in the pair loop."""
-    state = 8 * (len(LABELS) + len(VALUES))
-    in_flight = 8 * (2 * len(EXCHANGED) + len(Sources._fields) + RING_FIELDS)
-    lists = 4.5 * neighbours + 8 * 4
-    return state + in_flight + lists

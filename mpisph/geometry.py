@@ -36,11 +36,14 @@ class InitialParticles(NamedTuple):
     r, z : ndarray, shape (n,)
         Position [m].
     u_z : ndarray, shape (n,)
-        Axial velocity [m/s]; the radial one is zero.
+        Axial velocity [m/s].
     rho : ndarray, shape (n,)
         Density [kg/m^3].
     h : ndarray, shape (n,)
         Smoothing length [m].
+    u_r, E, S_rr, S_zz, S_rz : ndarray, shape (n,), or None
+        Radial velocity [m/s], energy [J/kg] and stress [Pa]; None is zero, as at the
+        start of every case.
     """
 
     id: IntArray
@@ -52,6 +55,11 @@ class InitialParticles(NamedTuple):
     u_z: FloatArray
     rho: FloatArray
     h: FloatArray
+    u_r: FloatArray | None = None
+    E: FloatArray | None = None
+    S_rr: FloatArray | None = None
+    S_zz: FloatArray | None = None
+    S_rz: FloatArray | None = None
 
 
 class _Lattice(NamedTuple):

@@ -12,9 +12,11 @@ import os
 import platform
 import shutil
 import string
+import sys
 import tempfile
 from pathlib import Path
 
+import llvmlite.binding
 import numba
 
 FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
@@ -80,6 +82,61 @@ def use_cache_folder() -> Path:
     return folder
 
 
+def source_stamp() -> str:
+    """Return a digest of what makes Numba compile again although no source changed.
+
+    That is the place of the sources, the times they were written, and the processor.
+    """
+    digest = hashlib.sha256(llvmlite.binding.get_host_cpu_name().encode())
+    digest.update(llvmlite.binding.get_host_cpu_features().flatten().encode())
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        found = path.stat()
+        digest.update(f"{path} {found.st_mtime_ns} {found.st_size}\n".encode())
+    return digest.hexdigest()[:DIGITS]
+
+
+def is_compiled() -> bool:
+    """Say whether the cache folder holds all that a run calls, for these sources."""
+    return _mark().exists()
+
+
+def mark_compiled() -> None:
+    """Take down that the cache folder holds all that a run calls."""
+    if not numba.config.DISABLE_JIT:
+        _mark().touch()
+
+
+def _mark() -> Path:
+    return CACHE_FOLDER / f"complete-{source_stamp()}"
+
+
+def cache_size() -> int:
+    """Return the size of the compiled code kept for these sources [bytes]."""
+    return sum(path.stat().st_size for path in CACHE_FOLDER.rglob("*"))
+
+
+def clear_cache() -> None:
+    """Remove the compiled code of these and of all other sources."""
+    for path in CACHE_FOLDER.parent.iterdir():
+        if _is_digest(path.name):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def leave_out_scipy() -> None:
+    """Import Numba's array functions as if SciPy had no linear algebra.
+
+    They import it, where it is installed, to learn whether
+    there is a BLAS, which nothing here calls: 0.2 s of every start.
+    """
+    if "scipy.linalg" in sys.modules:
+        return
+    sys.modules["scipy.linalg"] = None  # type: ignore[assignment]  # not to be imported
+    try:
+        import numba.np.arraymath  # noqa: F401
+    finally:
+        del sys.modules["scipy.linalg"]
+
+
 def prune_cache(keep: int = 8) -> None:
     """Remove the cache folders of older sources but for the `keep` last used."""
     digests = [path for path in CACHE_FOLDER.parent.iterdir() if _is_digest(path.name)]
@@ -94,3 +151,5 @@ def _is_digest(name: str) -> bool:
 
 
 CACHE_FOLDER = use_cache_folder()
+
+leave_out_scipy()

@@ -32,6 +32,19 @@ def versions() -> dict[str, str]:
     }
 
 
+def cpu_model() -> str:
+    """Return the model of the processor, as far as the system tells."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    except OSError:
+        text = ""
+    for line in text.splitlines():
+        key, _, value = line.partition(":")
+        if key.strip() == "model name":
+            return value.strip()
+    return platform.processor() or platform.machine() or UNKNOWN
+
+
 def git_revision(folder: Path = _PACKAGE) -> str:
     """Return the revision of the sources in a folder.
 

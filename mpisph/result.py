@@ -116,6 +116,8 @@ class Timing(_Model):
     """Rank time per directed interaction, all phases but snapshots [ns]."""
     phases: dict[str, float]
     """Time in each phase, on the rank that spent most in it [s]."""
+    first_step: float | None = None
+    """Unix time at which the first step was done [s]."""
 
 
 class Result(_Model):

@@ -20,7 +20,7 @@ from mpisph.errors import UnstableError
 from mpisph.files import write_text
 from mpisph.geometry import check_count
 from mpisph.history import History, HistoryRow
-from mpisph.jit import CACHE_FOLDER
+from mpisph.jit import CACHE_FOLDER, is_compiled
 from mpisph.progress import Progress, RunLog, open_console
 from mpisph.provenance import git_revision, versions
 from mpisph.result import (
@@ -39,6 +39,9 @@ from mpisph.survey import Survey
 from mpisph.timestep import step_to
 
 CASE_FILE = "case.toml"
+
+EARLY = 20
+"""Steps in which the load is looked at every time: matter is set in motion fastest."""
 
 
 class Recorder:
@@ -76,6 +79,7 @@ class Recorder:
         self.errors = ConservationErrors(0.0, 0.0, 0.0)
         self.energy_error_max = 0.0
         self.begin = time.perf_counter()
+        self.first_step: float | None = None
 
     @property
     def wall(self) -> float:
@@ -84,6 +88,8 @@ class Recorder:
 
     def note(self, sim: Simulation, found: Survey, dt: float) -> None:
         """Take note of a step: conservation, history, progress."""
+        if sim.step == 1:
+            self.first_step = time.time()
         if self.initial is None:
             self.initial = found.sums.tolist()
         self.errors = conservation_errors(self.initial, found.sums)
@@ -176,10 +182,10 @@ def run(
         history = stack.enter_context(History(folder, comm))
         log.write(f"{case.title}\n{comm.size} ranks, code cache {CACHE_FOLDER}")
         begin = time.perf_counter()
-        if comm.rank == 0 and not any(CACHE_FOLDER.rglob("*.nbi")):
+        if comm.rank == 0 and not is_compiled():
             console.print("compiling, once for this version: some 20 s")
         warm_up(comm)
-        log.write(f"compiled or loaded in {time.perf_counter() - begin:.2f} s")
+        log.write(f"compiled code at hand after {time.perf_counter() - begin:.2f} s")
         sim = start(case, comm)
         log.write(f"{sim.n_total} particles")
         progress = stack.enter_context(Progress(comm, case.end_time, console, log=log))
@@ -241,9 +247,8 @@ def step_to_end(sim: Simulation, recorder: Recorder) -> None:
     UnstableError
         On all ranks, at the step at which the run broke down.
     """
-    case = sim.case
-    rule = step_rule(case)
-    targets = [0.0, *case.output_times]
+    rule = step_rule(sim.case)
+    targets = [0.0, *sim.case.output_times]
     dt = first_dt = 0.0
     while True:
         found = survey(sim)
@@ -259,11 +264,25 @@ def step_to_end(sim: Simulation, recorder: Recorder) -> None:
         _check_step(sim, found, allowed, first_dt)
         dt = step_to(targets[0] - sim.time, allowed)
         last = dt == targets[0] - sim.time
-        advance(sim, dt, found.claims)
+        make_step(sim, found, dt)
         if last:
             sim.time = targets[0]
-        if sim.step % case.parallel.rebalance_every == 0:
-            rebalance(sim, found.work)
+
+
+def make_step(sim: Simulation, found: Survey, dt: float) -> None:
+    """Advance by a step, and now and then share the particles out anew.
+
+    Parameters
+    ----------
+    sim : Simulation
+    found : Survey
+        Taken before the step.
+    dt : float
+        Length of the step [s].
+    """
+    advance(sim, dt, found.claims)
+    if sim.step < EARLY or sim.step % sim.case.parallel.rebalance_every == 0:
+        rebalance(sim, found.work)
 
 
 def check_stable(sim: Simulation, found: Survey, energy_error: float) -> None:
@@ -354,6 +373,7 @@ def _conclude(
             step_ms=1e3 * stepping / max(sim.step, 1),
             interaction_ns=1e9 * stepping * sim.comm.size / max(interactions, 1),
             phases=phases,
+            first_step=recorder.first_step,
         ),
         versions=versions(),
         revision=recorder.metadata["revision"],

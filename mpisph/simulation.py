@@ -165,7 +165,27 @@ def start(case: Case, comm: MPI.Intracomm) -> Simulation:
     Simulation
         At time zero.
     """
-    initial = discretise(case)
+    return start_from(case, comm, discretise(case), 0.0)
+
+
+def start_from(
+    case: Case, comm: MPI.Intracomm, initial: InitialParticles, time: float
+) -> Simulation:
+    """Share given particles out and evaluate the first rates.
+
+    Parameters
+    ----------
+    case : Case
+    comm : MPI.Intracomm
+    initial : InitialParticles
+        All particles, the same on every rank.
+    time : float
+        Time of this state [s].
+
+    Returns
+    -------
+    Simulation
+    """
     n_total = initial.id.size
     scheme = make_scheme(case)
     energy, sum_bounds = _scales(case, initial)
@@ -178,6 +198,7 @@ def start(case: Case, comm: MPI.Intracomm) -> Simulation:
         comm=comm,
         particles=particles,
         n_total=n_total,
+        time=time,
         scheme=scheme,
         table=make_table(case),
         lattice=make_lattice(case.smoothing_length, scheme.kappa),
@@ -203,8 +224,9 @@ def _first_cut(case: Case, comm: MPI.Intracomm, initial: InitialParticles) -> Cu
 
 def _initial_particles(initial: InitialParticles, mine: np.ndarray) -> Particles:
     p = Particles.zeros(mine.size)
-    for name in ("id", "body", "material", "m", "r", "z", "u_z", "rho", "h"):
-        getattr(p, name)[:] = getattr(initial, name)[mine]
+    for name, values in initial._asdict().items():
+        if values is not None:
+            getattr(p, name)[:] = values[mine]
     return p
 
 

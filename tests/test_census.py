@@ -124,7 +124,7 @@ def test_a_rod_gets_slabs_a_thin_plate_columns_and_a_square_both():
 def test_another_number_of_columns_must_promise_enough():
     """Blocks ever so slightly wider than long: columns win, but by too little."""
     square = take_census(ALONE, *block(100, 120))
-    wide = take_census(ALONE, *block(30, 600))
+    wide = take_census(ALONE, *block(10, 1200))
     times = [modelled_time(square, 2, 1), modelled_time(square, 1, 2)]
     assert (1.0 - SWITCH_GAIN) * times[0] < times[1] < times[0]
     assert choose_columns(square, "auto", 2, current=0) == 2

@@ -82,6 +82,10 @@ def test_bad_input_is_told_once_with_its_place_and_exit_code_2(tmp_path):
         (("run", SHOT, "--rank", "3"), "No such option '--rank'"),
         (("run", SHOT, "--set", "time.cfl=-1"), "--set time.cfl=-1"),
         (("run", SHOT, "--set", "time.cfl"), "--set time.cfl"),
+        (("bench", "--late", "4 kg"), "is of another dimension"),
+        (("bench", "--late", "0 us"), "expected more than 0 s"),
+        (("bench", "--only", "everything"), "'everything' is not one of"),
+        (("bench", "no-such-case.toml"), "no-such-case.toml: no such file"),
     ],
 )
 def test_mistakes_exit_with_code_2(arguments, text):
@@ -137,6 +141,19 @@ def test_schema_is_the_case_files_json_schema():
     done = launch(2, MPISPH, "schema")
     schema = json.loads(done.stdout)
     assert {"bodies", "resolution", "scheme", "time"} <= set(schema["properties"])
+
+
+def test_the_cache_is_shown_and_cleared(tmp_path):
+    old = tmp_path / ("0" * 16)
+    old.mkdir()
+    (old / "code.nbc").write_text("old")
+    cache = {"MPISPH_CACHE_DIR": str(tmp_path)}
+    done = launch(2, MPISPH, "cache", "show", **cache)
+    assert done.stdout.count(f"{tmp_path}/") == 1
+    assert "not compiled yet" in done.stdout
+    done = launch(2, MPISPH, "cache", "clear", **cache)
+    assert done.returncode == 0, done.stderr
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_figures_are_drawn_again(tmp_path):

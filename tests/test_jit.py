@@ -128,3 +128,56 @@ def test_only_the_folders_last_used_are_kept(tmp_path, monkeypatch):
     jit.prune_cache(keep=8)
     kept = {path.name for path in tmp_path.iterdir()}
     assert kept == {*(f"{age:016x}" for age in [*range(8), 11]), "something-else"}
+
+
+def test_the_stamp_follows_what_numba_looks_at(package, monkeypatch):
+    """Numba compiles again where a file is newer or elsewhere, whatever it says."""
+    monkeypatch.setattr(jit, "__file__", str(package / "jit.py"))
+    here = jit.source_stamp()
+    assert here == jit.source_stamp()
+    os.utime(package / "eos.py", (1e9, 1e9))
+    newer = jit.source_stamp()
+    assert newer != here
+    moved = package.with_name("moved")
+    package.rename(moved)
+    monkeypatch.setattr(jit, "__file__", str(moved / "jit.py"))
+    assert jit.source_stamp() not in (here, newer)
+
+
+def test_code_is_compiled_once_it_is_taken_down(tmp_path, monkeypatch):
+    monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path)
+    assert not jit.is_compiled()
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
+    jit.mark_compiled()
+    assert not jit.is_compiled(), "nothing was compiled"
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 0)
+    jit.mark_compiled()
+    assert jit.is_compiled()
+    monkeypatch.setattr(jit, "source_stamp", lambda: "of other files")
+    assert not jit.is_compiled()
+
+
+def test_clearing_removes_compiled_code_alone(tmp_path, monkeypatch):
+    for name in ("0" * 16, "f" * 16, "bench"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "file").write_bytes(b"12345")
+    monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path / ("f" * 16))
+    assert jit.cache_size() == 5
+    jit.clear_cache()
+    assert [path.name for path in tmp_path.iterdir()] == ["bench"]
+    assert jit.cache_size() == 0
+
+
+def test_scipy_is_left_out_and_can_still_be_imported():
+    code = """
+import sys
+import mpisph.jit
+assert "numba.np.arraymath" in sys.modules
+assert "scipy.linalg" not in sys.modules
+import scipy.linalg
+print(scipy.linalg.norm([3.0, 4.0]))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert float(done.stdout) == 5.0

@@ -1,9 +1,10 @@
+import pint
 import pytest
 from pydantic import ValidationError
 
 from mpisph.errors import CaseError, UnstableError
 from mpisph.materials import Material, Tillotson, card_names, load_card
-from mpisph.materials.quantities import si_value
+from mpisph.materials.quantities import COMMON_UNITS, conversion_factor, si_value
 
 
 @pytest.mark.parametrize(
@@ -130,3 +131,25 @@ def test_unstable_error_reads_as_a_sentence():
         "unstable (energy_drift) at step 12, t = 1.5e-06 s, particle 7: "
         "0.06 exceeds 0.05"
     )
+
+
+def test_common_units_are_those_of_pint():
+    """The short table must give nothing that the whole one does not."""
+    rows = [line.split(" = ") for line in COMMON_UNITS.split("\n") if line]
+    prefixes = [p.strip("-") for row in rows if row[0][-1] == "-" for p in row[2:]]
+    symbols = [row[-1] for row in rows if row[0][-1] != "-"]
+    assert {"m", "\u00b5", "G"} <= set(prefixes)
+    assert {"m", "s", "g", "Pa"} <= set(symbols)
+    for symbol in symbols:
+        si = "kg" if symbol == "g" else symbol
+        for unit in (f"{p}{symbol}" for p in ("", *prefixes)):
+            factor = conversion_factor(unit, si, common=True)
+            assert factor == conversion_factor(unit, si, common=False), unit
+
+
+@pytest.mark.parametrize(("unit", "si"), [("inch", "m"), ("psi", "Pa"), ("min", "s")])
+def test_rarer_units_are_pints_own(unit, si):
+    with pytest.raises(pint.UndefinedUnitError):
+        conversion_factor(unit, si, common=True)
+    expected = conversion_factor(unit, si, common=False)
+    assert si_value(f"1 {unit}", si) == float(expected)

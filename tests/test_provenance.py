@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from mpisph.provenance import UNKNOWN, git_revision, versions
+from mpisph.provenance import UNKNOWN, cpu_model, git_revision, versions
 
 
 def git(folder, *arguments):
@@ -65,3 +65,9 @@ def test_an_environment_below_a_checkout_is_not_the_checkout(checkout):
 def test_without_git(checkout, monkeypatch):
     monkeypatch.setenv("PATH", "")
     assert git_revision(checkout) == UNKNOWN
+
+
+def test_the_processor_has_a_name():
+    name = cpu_model()
+    assert name == name.strip() != ""
+    assert name != UNKNOWN

@@ -58,9 +58,11 @@ def test_every_equation_function_is_in_the_table():
 
 def test_commands_and_options_exist():
     commands = set(re.findall(r"\bmpisph ([a-z]+)\b(?= (?:CASE|RUN|cases)|  )", README))
-    assert {"run", "schema", "figures", "clock"} <= commands | {"schema"}
+    assert {"run", "schema", "figures", "clock", "bench"} <= commands
     assert commands <= set(cli.commands)
-    options = {o for p in cli.commands["run"].params for o in p.opts}
+    for name in re.findall(r"\bmpisph cache ([a-z]+)", README):
+        assert name in cli.commands["cache"].commands
+    options = {o for c in cli.commands.values() for p in c.params for o in p.opts}
     assert set(re.findall(r"(?<=\s)--[a-z-]+", README)) <= options
 
 

@@ -9,14 +9,17 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import pint
 from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, Strict
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+if TYPE_CHECKING:
+    import pint
 
 __all__ = [
     "Count",
@@ -69,21 +72,68 @@ class FrozenModel(BaseModel):
     )
 
 
-@lru_cache(maxsize=1)
-def _registry() -> pint.UnitRegistry[Any]:
+COMMON_UNITS = """
+nano- = 1e-9 = n-
+micro- = 1e-6 = µ- = μ- = u-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+meter = [length] = m
+second = [time] = s
+gram = [mass] = g
+newton = kilogram * meter / second ** 2 = N
+pascal = newton / meter ** 2 = Pa
+joule = newton * meter = J
+"""
+"""Units of nearly every case, in pint's language. To read all that pint knows takes
+0.15 s, at every start; so that is a second resort."""
+
+
+@lru_cache(maxsize=2)
+def _registry(common: bool) -> pint.UnitRegistry[Any]:
+    """Return the registry of `COMMON_UNITS`, or of all units that pint knows."""
+    import pint  # here: only the rank that reads the case file needs it, and it is slow
+
     # Decimals make "9.53 mm" the double nearest to 0.00953: a product of two
     # doubles can miss it by a rounding, and the file could not be written back.
+    if common:
+        return pint.UnitRegistry(COMMON_UNITS.splitlines(), non_int_type=Decimal)
     return pint.UnitRegistry(non_int_type=Decimal)
 
 
 @lru_cache(maxsize=256)
-def _conversion_factor(unit: str, si_unit: str) -> Decimal:
-    """Return the factor from `unit` to `si_unit`, or raise a pint error."""
-    registry = _registry()
+def conversion_factor(unit: str, si_unit: str, common: bool) -> Decimal:
+    """Return the factor from `unit` to `si_unit`, or raise a pint error.
+
+    Parameters
+    ----------
+    unit, si_unit : str
+    common : bool
+        Whether to know `COMMON_UNITS` only.
+    """
+    registry = _registry(common)
     spelled = _POWER.sub(r"**\1", unit.replace("·", "*"))
     measured = registry.Quantity(Decimal(1), registry.parse_units(spelled))
     wanted = registry.parse_units(_POWER.sub(r"**\1", si_unit))
     return Decimal(measured.to(wanted).magnitude)
+
+
+def _checked_factor(unit: str, si_unit: str) -> Decimal:
+    """Return the factor from `unit` to `si_unit`, or say why there is none."""
+    import pint
+
+    try:
+        with suppress(pint.UndefinedUnitError):
+            return conversion_factor(unit, si_unit, common=True)
+        return conversion_factor(unit, si_unit, common=False)
+    except pint.UndefinedUnitError:
+        raise _failure(f"unknown unit {unit!r}", si_unit) from None
+    except pint.DimensionalityError:
+        raise _failure(f"{unit!r} is of another dimension", si_unit) from None
+    except (pint.PintError, ArithmeticError, ValueError, TypeError):
+        raise _failure(f"cannot convert the unit {unit!r}", si_unit) from None
 
 
 def _failure(problem: str, si_unit: str) -> PydanticCustomError:
@@ -110,14 +160,7 @@ def _parse(text: str, si_unit: str) -> float:
         raise _failure("the unit is missing", si_unit)
     if unit and _UNIT.fullmatch(unit) is None:
         raise _failure(f"cannot read the unit {unit!r}", si_unit)
-    try:
-        factor = _conversion_factor(unit, si_unit) if unit else Decimal(1)
-    except pint.UndefinedUnitError:
-        raise _failure(f"unknown unit {unit!r}", si_unit) from None
-    except pint.DimensionalityError:
-        raise _failure(f"{unit!r} is of another dimension", si_unit) from None
-    except (pint.PintError, ArithmeticError, ValueError, TypeError):
-        raise _failure(f"cannot convert the unit {unit!r}", si_unit) from None
+    factor = _checked_factor(unit, si_unit) if unit else Decimal(1)
     return float(Decimal(number.group().replace("_", "")) * factor)
 
 

@@ -1,0 +1,191 @@
+"""All measurements of ``mpisph bench``, one after the other."""
+
+import os
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from mpi4py import MPI
+from rich.console import Console
+
+from mpisph.bench import PARTS
+from mpisph.bench.measure import measure, on_ranks, peak_memory, reset_peak
+from mpisph.bench.record import BenchRecord, Machine, Measurement, Scaling
+from mpisph.bench.scenes import (
+    Scene,
+    keep_late_start,
+    scaled_npr,
+    start_block,
+    start_late,
+)
+from mpisph.bench.startup import measure_start_up
+from mpisph.case import Case, load_case
+from mpisph.collectives import on_root
+from mpisph.compiled import run_tiny_case, warm_up
+from mpisph.geometry import check_count
+from mpisph.provenance import cpu_model, git_revision, versions
+from mpisph.simulation import start
+
+
+class Options(NamedTuple):
+    """What to measure, and how often.
+
+    Attributes
+    ----------
+    npr : int
+        Resolution on one rank, and of strong scaling on all.
+    late : float
+        The late time [s].
+    store : Path
+        Folder that keeps the state at the late time.
+    steps : int
+        Steps of one repeat.
+    repeats : int
+    parts : sequence of str
+        Of `PARTS`.
+    """
+
+    npr: int
+    late: float
+    store: Path
+    steps: int
+    repeats: int
+    parts: tuple[str, ...] = PARTS
+
+
+class _Job(NamedTuple):
+    """A measurement to make."""
+
+    scaling: Scaling
+    ranks: int
+    scene: Scene
+
+
+def bench(
+    case_file: Path, comm: MPI.Intracomm, options: Options, console: Console
+) -> BenchRecord:
+    """Measure the program; collective.
+
+    Parameters
+    ----------
+    case_file : Path
+        The shot.
+    comm : MPI.Intracomm
+        All is measured on one rank and on more, up to all of these.
+    options : Options
+    console : rich.console.Console
+        For progress, on rank 0.
+
+    Returns
+    -------
+    BenchRecord
+        On all ranks.
+
+    Raises
+    ------
+    CaseError, MpisphError, OSError
+        On all ranks.
+    """
+    machine = comm.bcast(_machine())
+    title = _load(case_file, comm, options.npr).title
+    _say(comm, console, "compiling where needed")
+    warm_up(comm)
+    run_tiny_case()  # loads all compiled code: it is no memory of particles
+    reset_peak()
+    idle_memory = peak_memory()
+    measurements: list[Measurement] = []
+    for job in _jobs(case_file, comm, options, console):
+        _say(
+            comm, console, f"{job.scene.name}, npr {job.scene.npr}, ranks: {job.ranks}"
+        )
+        action = partial(_measure_job, job, options, idle_memory)
+        measurements.append(on_ranks(comm, job.ranks, action))
+    start_up = None
+    if "start-up" in options.parts:
+        _say(comm, console, "start-up: compiles once more")
+        start_up = on_ranks(
+            comm,
+            1,
+            lambda _: measure_start_up(case_file, comm.size, options.repeats),
+        )
+    return BenchRecord(
+        case=title,
+        measurements=tuple(measurements),
+        start_up=start_up,
+        machine=machine,
+        versions=versions(),
+        revision=comm.bcast(git_revision() if comm.rank == 0 else ""),
+    )
+
+
+def _measure_job(
+    job: _Job, options: Options, idle_memory: int, comm: MPI.Intracomm
+) -> Measurement:
+    return measure(
+        job.scene, job.scaling, comm, options.steps, options.repeats, idle_memory
+    )
+
+
+def _jobs(
+    case_file: Path, comm: MPI.Intracomm, options: Options, console: Console
+) -> list[_Job]:
+    """Return what to measure; runs cases to their late time where that is new.
+
+    The particles of a rank grow from job to job: what a process has once taken from
+    the system it may keep, and the next peak would show it.
+    """
+    base = _scenes(case_file, comm, options, options.npr, console)
+    jobs = [
+        _Job("strong", ranks, scene)
+        for ranks in reversed(rank_counts(comm.size))
+        for scene in base
+    ]
+    for ranks in rank_counts(comm.size)[1:]:
+        npr = scaled_npr(options.npr, ranks)
+        scaled = _scenes(case_file, comm, options, npr, console)
+        jobs += [_Job("weak", ranks, scene) for scene in scaled]
+    return jobs
+
+
+def _scenes(
+    case_file: Path, comm: MPI.Intracomm, options: Options, npr: int, console: Console
+) -> list[Scene]:
+    """Return the scenes of one resolution."""
+    case = _load(case_file, comm, npr)
+    scenes = []
+    if "block" in options.parts:
+        scenes.append(Scene("block", npr, partial(start_block, npr)))
+    if "impact" in options.parts:
+        scenes.append(Scene("impact", npr, partial(start, case)))
+    if "late" in options.parts:
+        _say(comm, console, f"at npr {npr}, to the late time unless that is stored")
+        path = keep_late_start(case, comm, options.late, options.store)
+        scenes.append(Scene("late", npr, partial(start_late, case, path)))
+    return scenes
+
+
+def _load(case_file: Path, comm: MPI.Intracomm, npr: int) -> Case:
+    """Read the case on rank 0, for all ranks."""
+    cases: list[Case] = []
+
+    def load() -> None:
+        cases.append(load_case(case_file, [f"resolution.npr={npr}"]))
+        check_count(cases[0])
+
+    on_root(comm, load)
+    cases = comm.bcast(cases)
+    return cases[0]
+
+
+def rank_counts(size: int) -> list[int]:
+    """Return the numbers of ranks to measure on: powers of two up to `size`, and it."""
+    return sorted({2**k for k in range(size.bit_length())} | {size})
+
+
+def _machine() -> Machine:
+    return Machine(cpu=cpu_model(), cores=os.cpu_count() or 1, load=os.getloadavg())
+
+
+def _say(comm: MPI.Intracomm, console: Console, text: str) -> None:
+    if comm.rank == 0:
+        console.print(text, highlight=False)
