@@ -19,7 +19,7 @@ Petschek, Libersky (1993), J. Comp. Phys. 109, 76-83.
 import numpy as np
 from numba import njit
 
-from mpisph.jit import INLINE, ROUNDED
+from mpisph.jit import EXACT, INLINE, ROUNDED
 
 XI_FAR = 16.0
 """From this xi on, expansions in 1/xi hold."""
@@ -182,3 +182,9 @@ def ring_averages(d2, weight, root, inv_xi, xi, inv_h):
     s2 = g_near * I1_xi if near else A1_far * x
     ratio = xi_near * q if near else ratio_x
     return A0, A1, s2, q, ratio
+
+
+@njit(**EXACT)
+def lies_near_axis(r, h, kappa):
+    """Say whether a ring may have a neighbour, of the same h, with xi < XI_FAR."""
+    return 2.0 * r * (r - kappa * h) < XI_FAR * h * h

@@ -16,10 +16,11 @@ from numba import njit
 from mpisph.jit import EXACT
 from mpisph.particles import FloatArray, IntArray
 
-CELLS_PER_REACH = 3.0
-"""Cell size: the reach kappa h of the level's smallest h over this. Fewer cells make
-more candidates, more cells more runs; search and packing together took 4.9, 4.7, 4.6
-and 4.7 ns a pair with 2, 2.5, 3 and 4."""
+CELLS_PER_REACH = 2.0
+"""Cell size: the reach kappa h of the level's smallest h over this. Larger cells make
+more candidates, smaller ones more runs: with 1.5, 2, 2.5, 3 and 4 a pair took 13.1,
+13.3, 13.8, 13.9 and 14.6 ns in the cloud of shot 4-1353 at 6 us (NPR 40), and 11.1,
+11.5, 11.6, 12.3 and 11.3 ns at impact; but matter at rest is found in whole cells."""
 
 LEVEL_BITS, AXIS_BITS = 6, 28
 MAX_LEVEL = 2 ** (LEVEL_BITS - 1) - 1

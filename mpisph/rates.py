@@ -18,7 +18,12 @@ from mpisph.constitutive import MaterialTable, pressure_and_sound_speed
 from mpisph.eos import bulk_sound_speed
 from mpisph.heat import diffusivity, heat_flow
 from mpisph.jit import EXACT, INLINE
-from mpisph.kernel import XI_FAR, ring_averages, ring_averages_far
+from mpisph.kernel import (
+    XI_FAR,
+    lies_near_axis,
+    ring_averages,
+    ring_averages_far,
+)
 from mpisph.neighbours import (
     CellOrder,
     Lattice,
@@ -340,13 +345,6 @@ def heating(sums, a):
 
 
 @njit(**EXACT)
-def lies_near_axis(a, kappa):
-    """Say whether some neighbour, of the same h, may have xi < XI_FAR."""
-    h = 2.0 * a.half_h
-    return 2.0 * a.r * (a.r - kappa * h) < XI_FAR * h * h
-
-
-@njit(**EXACT)
 def _write_rates(sums, a, sources, k, mu, mode, rates):
     """Write the rates of particle `k`, return its velocity divergence.
 
@@ -429,7 +427,7 @@ def _update_rates(
         )
         padded = pack_neighbours(records, index, n, rows)
         a = ring_at(records, i)
-        near_axis = lies_near_axis(a, scheme.kappa)
+        near_axis = lies_near_axis(a.r, 2.0 * a.half_h, scheme.kappa)
         if not near_axis:
             sums, close = pair_sums(a, buffer, padded, scheme, None)
             near_axis = close > 0.0

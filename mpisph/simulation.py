@@ -27,7 +27,7 @@ from mpisph.decomposition import (
     imbalance,
     owners,
     part_work,
-    work_of,
+    particle_work,
 )
 from mpisph.diagnostics import CloudDefinition, cloud_definition
 from mpisph.eos import KINDS, P_MIN_MODES, MaterialConstants
@@ -35,8 +35,9 @@ from mpisph.geometry import InitialParticles, discretise
 from mpisph.halo import Halo, boxes, exchange_halo, reach
 from mpisph.integrator import drift, kick, predict
 from mpisph.materials import Material
+from mpisph.memory import keep_freed_memory
 from mpisph.migration import migrate
-from mpisph.neighbours import Lattice, make_lattice
+from mpisph.neighbours import Lattice, cell_keys, make_lattice
 from mpisph.particles import INTEGRATED, STRESS_ROWS, FloatArray, Particles
 from mpisph.phases import Phases
 from mpisph.rates import update_rates
@@ -48,6 +49,10 @@ from mpisph.survey import Survey, take_survey
 from mpisph.timestep import StepRule
 
 NO_STEP = StepRule(fixed=True, longest=0.0, courant=0.0)
+
+SORT_EVERY = 50
+"""Steps after which particles are stored in cell order again. What lies together in
+space then lies together in memory."""
 
 MOVE_GAIN = 0.02
 """Share of the largest work of a rank that moving the cut must save."""
@@ -79,6 +84,8 @@ class Simulation:
         Steps made.
     interactions : int
         Directed interactions evaluated by this rank.
+    next_sort : int
+        Step from which on this rank's particles are put into cell order again.
     phases : Phases
         Time spent in each phase of the step.
     skip_quiescent : bool
@@ -99,6 +106,7 @@ class Simulation:
     time: float = 0.0
     step: int = 0
     interactions: int = 0
+    next_sort: int = 0
     patience: Patience = field(default_factory=Patience)
     halo: Halo = field(default_factory=Halo)
     phases: Phases = field(default_factory=Phases)
@@ -186,6 +194,7 @@ def start_from(
     -------
     Simulation
     """
+    keep_freed_memory()
     n_total = initial.id.size
     scheme = make_scheme(case)
     energy, sum_bounds = _scales(case, initial)
@@ -293,6 +302,11 @@ def rebalance(sim: Simulation, work: FloatArray) -> None:
             old, sim.cut = sim.cut, _better_cut(sim, work)
             sim.patience.note(excess, in_vain=sim.cut is old)
         sim.particles = migrate(sim.comm, sim.particles, sim.cut)
+        if sim.step >= sim.next_sort:
+            sim.next_sort = sim.step + SORT_EVERY
+            p = sim.particles
+            keys = cell_keys(p.r, p.z, p.h, sim.lattice)
+            sim.particles = p.take(np.argsort(keys, kind="stable"))
 
 
 def _better_cut(sim: Simulation, work: FloatArray) -> Cut:
@@ -301,7 +315,8 @@ def _better_cut(sim: Simulation, work: FloatArray) -> Cut:
     Layers of the initial lattice cannot be divided, so some imbalance may have to stay.
     """
     p, old = sim.particles, sim.cut
-    mine, half = work_of(p.neighbours), reach(p.h, sim.scheme.kappa)
+    kappa = sim.scheme.kappa
+    mine, half = particle_work(p, kappa), reach(p.h, kappa)
     new = fastest_cut(
         sim.comm, p.r, p.z, half, mine,
         mode=sim.case.parallel.cut, current=old.columns,

@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from mpisph.collectives import CHUNKS, fixed_point_chunks, from_chunks
 from mpisph.constitutive import MaterialTable
-from mpisph.decomposition import work_of
+from mpisph.decomposition import particle_work
 from mpisph.diagnostics import CloudDefinition, in_cloud, local_extent, totals
 from mpisph.halo import claim
 from mpisph.particles import FloatArray, Particles
@@ -91,7 +91,7 @@ def take_survey(
     record[0] = limit
     record[1] = p.id[where] if where >= 0 else -1
     record[2:6] = claim(p, scheme.kappa, rule.allowed(limit))
-    record[6] = work_of(p.neighbours).sum()
+    record[6] = particle_work(p, scheme.kappa).sum()
     record[7:9] = fault, fault_id
     record[9:HEAD] = local_extent(p, cloud)
     record[HEAD:] = chunks.ravel().view(np.float64)

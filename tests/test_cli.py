@@ -78,7 +78,7 @@ def test_bad_input_is_told_once_with_its_place_and_exit_code_2(tmp_path):
     ("arguments", "text"),
     [
         (("run", "no-such-case.toml"), "no-such-case.toml: no such file"),
-        (("run",), "Missing argument 'CASE'"),
+        (("run",), "Missing argument 'CASE...'"),
         (("run", SHOT, "--rank", "3"), "No such option '--rank'"),
         (("run", SHOT, "--set", "time.cfl=-1"), "--set time.cfl=-1"),
         (("run", SHOT, "--set", "time.cfl"), "--set time.cfl"),

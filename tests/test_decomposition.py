@@ -8,6 +8,7 @@ from oracles import agree, approx
 from mpisph.decomposition import (
     BINS,
     LONGEST_WAIT,
+    NEAR_AXIS_WORK,
     NOTABLE_GROWTH,
     PARTICLE_WORK,
     Cut,
@@ -25,7 +26,13 @@ from mpisph.decomposition import (
 def test_work_is_that_of_the_pairs_and_a_constant():
     work = work_of(np.array([0.0, 30.0]))
     assert work.tolist() == [PARTICLE_WORK, 30.0 + PARTICLE_WORK]
-    assert float(PARTICLE_WORK).is_integer()  # sums of work are exact
+    near = work_of(np.array([0.0, 30.0]), np.array([True, True]))
+    assert near.tolist() == [
+        PARTICLE_WORK,
+        30.0 * (1.0 + NEAR_AXIS_WORK) + PARTICLE_WORK,
+    ]
+    assert (8.0 * NEAR_AXIS_WORK).is_integer()  # sums of work are exact
+    assert float(PARTICLE_WORK).is_integer()
 
 
 def test_imbalance():
