@@ -2,6 +2,7 @@
 
 from time import perf_counter
 from types import TracebackType
+from typing import Self
 
 
 class Phases:
@@ -34,15 +35,16 @@ class Stopwatch:
         The phase.
     """
 
-    __slots__ = ("_begin", "_name", "_seconds")
+    __slots__ = ("_begin", "_name", "_seconds", "spent")
 
     def __init__(self, seconds: dict[str, float], name: str) -> None:
         self._seconds = seconds
         self._name = name
 
-    def __enter__(self) -> None:
-        """Start the watch."""
+    def __enter__(self) -> Self:
+        """Start the watch; after the block, `spent` is its time [s]."""
         self._begin = perf_counter()
+        return self
 
     def __exit__(
         self,
@@ -51,5 +53,5 @@ class Stopwatch:
         traceback: TracebackType | None,
     ) -> None:
         """Add the time since the start, whether or not the block failed."""
-        spent = perf_counter() - self._begin
-        self._seconds[self._name] = self._seconds.get(self._name, 0.0) + spent
+        self.spent = perf_counter() - self._begin
+        self._seconds[self._name] = self._seconds.get(self._name, 0.0) + self.spent

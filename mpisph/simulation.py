@@ -23,11 +23,12 @@ from mpisph.census import fastest_cut
 from mpisph.constitutive import MaterialTable, limit_stress, material_table, respond
 from mpisph.decomposition import (
     Cut,
+    Pace,
     Patience,
     imbalance,
     owners,
     part_work,
-    particle_work,
+    work_of,
 )
 from mpisph.diagnostics import CloudDefinition, cloud_definition
 from mpisph.eos import KINDS, P_MIN_MODES, MaterialConstants
@@ -76,6 +77,10 @@ class Simulation:
         Of the domain, one part a rank.
     patience : Patience
         With an imbalance that no other cut could lessen.
+    pace : Pace
+        Measured time of this rank's pairs.
+    relative_pace : float
+        That over the mean of all ranks, at the last survey.
     halo : Halo
         Buffers of the exchange, and what this rank has sent.
     time : float
@@ -108,6 +113,8 @@ class Simulation:
     interactions: int = 0
     next_sort: int = 0
     patience: Patience = field(default_factory=Patience)
+    pace: Pace = field(default_factory=Pace)
+    relative_pace: float = 1.0
     halo: Halo = field(default_factory=Halo)
     phases: Phases = field(default_factory=Phases)
     skip_quiescent: bool = True
@@ -219,6 +226,7 @@ def start_from(
     respond(sim.particles, sim.table, sim.scheme)
     claims = survey(sim, NO_STEP).claims
     evaluate_rates(sim, sim.particles.integrated.copy(), claims, 0.0)
+    sim.pace = Pace()  # the first time, compiled code was loaded too
     rebalance(sim, survey(sim).work)  # the neighbours are known only now
     return sim
 
@@ -275,7 +283,7 @@ def _bounds(case: Case, energy: float) -> Bounds:
 def survey(sim: Simulation, rule: StepRule | None = None) -> Survey:
     """Take the survey before a step that follows `rule`, by default the case's."""
     with sim.phases.measure("survey"):
-        return take_survey(
+        found = take_survey(
             sim.comm,
             sim.particles,
             sim.table,
@@ -284,7 +292,10 @@ def survey(sim: Simulation, rule: StepRule | None = None) -> Survey:
             sim.bounds,
             sim.sum_bounds,
             sim.cloud,
+            sim.pace.value,
         )
+    sim.relative_pace = float(found.paces[sim.comm.rank])
+    return found
 
 
 def rebalance(sim: Simulation, work: FloatArray) -> None:
@@ -315,8 +326,9 @@ def _better_cut(sim: Simulation, work: FloatArray) -> Cut:
     Layers of the initial lattice cannot be divided, so some imbalance may have to stay.
     """
     p, old = sim.particles, sim.cut
-    kappa = sim.scheme.kappa
-    mine, half = particle_work(p, kappa), reach(p.h, kappa)
+    # Whole numbers: their sums over ranks have no rounding.
+    mine = np.rint(sim.relative_pace * work_of(p.neighbours))
+    half = reach(p.h, sim.scheme.kappa)
     new = fastest_cut(
         sim.comm, p.r, p.z, half, mine,
         mode=sim.case.parallel.cut, current=old.columns,
@@ -384,8 +396,8 @@ def evaluate_rates(
             fields = np.concatenate([fields, ghosts], axis=1)
     with sim.phases.measure("neighbours"):
         cells = sort_fields(fields, sim.lattice)
-    with sim.phases.measure("pair loop"):
-        sim.interactions += update_rates(
+    with sim.phases.measure("pair loop") as watch:
+        pairs = update_rates(
             name_fields(fields),
             cells,
             sim.lattice,
@@ -396,5 +408,7 @@ def evaluate_rates(
             p.neighbours,
             sim.skip_quiescent,
         )
+    sim.pace.note(watch.spent, pairs)
+    sim.interactions += pairs
     if dt > 0.0:
         p.ddiv[:] = (p.div - last_div) / dt

@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from mpisph.collectives import CHUNKS, fixed_point_chunks, from_chunks
 from mpisph.constitutive import MaterialTable
-from mpisph.decomposition import particle_work
+from mpisph.decomposition import relative_paces, work_of
 from mpisph.diagnostics import CloudDefinition, in_cloud, local_extent, totals
 from mpisph.halo import claim
 from mpisph.particles import FloatArray, Particles
@@ -23,7 +23,7 @@ from mpisph.timestep import StepRule, local_limit
 N_SUMS = 5
 """The conserved sums and the mass of the cloud."""
 
-HEAD = 11
+HEAD = 12
 """Numbers of a record before the sums."""
 
 
@@ -39,7 +39,9 @@ class Survey(NamedTuple):
     claims : ndarray, shape (ranks, 4)
         Halo claim of each rank [m].
     work : ndarray, shape (ranks,)
-        Work of each rank, in pairs.
+        Work of each rank, in pairs of average pace.
+    paces : ndarray, shape (ranks,)
+        Measured time of a pair on each rank, relative to the mean.
     fault : int
         Fault found (see `stability`).
     fault_id : int
@@ -56,6 +58,7 @@ class Survey(NamedTuple):
     limited_by: int
     claims: FloatArray
     work: FloatArray
+    paces: FloatArray
     fault: int
     fault_id: int
     sums: FloatArray
@@ -66,6 +69,7 @@ class Survey(NamedTuple):
 def take_survey(
     comm: MPI.Intracomm, p: Particles, table: MaterialTable, scheme: Scheme,
     rule: StepRule, bounds: Bounds, sum_bounds: FloatArray, cloud: CloudDefinition,
+    pace: float = 0.0,
 ) -> Survey:  # fmt: skip
     """Gather the records of all ranks (the step's only collective).
 
@@ -82,6 +86,8 @@ def take_survey(
     sum_bounds : ndarray, shape (4,)
         Bounds of one particle's terms of the conserved sums.
     cloud : CloudDefinition
+    pace : float, optional
+        Measured time of a pair on this rank [s], 0 for unknown.
     """
     limit, where = local_limit(p, scheme)
     fault, fault_id = first_fault(p, table, bounds)
@@ -91,9 +97,10 @@ def take_survey(
     record[0] = limit
     record[1] = p.id[where] if where >= 0 else -1
     record[2:6] = claim(p, scheme.kappa, rule.allowed(limit))
-    record[6] = particle_work(p, scheme.kappa).sum()
+    record[6] = work_of(p.neighbours).sum()
     record[7:9] = fault, fault_id
-    record[9:HEAD] = local_extent(p, cloud)
+    record[9:11] = local_extent(p, cloud)
+    record[11] = pace
     record[HEAD:] = chunks.ravel().view(np.float64)
     records = np.empty((comm.size, record.size))
     comm.Allgather(record, records)
@@ -114,14 +121,16 @@ def _conclude(records: FloatArray, bounds_of_terms: FloatArray) -> Survey:
         fault, who = faulty[np.argmin(faulty[:, 8]), 7:9].astype(int)
     chunks = np.ascontiguousarray(records[:, HEAD:]).view(np.int64).sum(axis=0)
     *sums, cloud_mass = from_chunks(chunks.reshape(N_SUMS, CHUNKS), bounds_of_terms)
+    paces = relative_paces(records[:, 11])
     return Survey(
         limit=float(records[first, 0]),
         limited_by=int(records[first, 1]),
         claims=records[:, 2:6].copy(),
-        work=records[:, 6].copy(),
+        work=paces * records[:, 6],
+        paces=paces,
         fault=int(fault),
         fault_id=int(who),
         sums=np.array(sums),
         cloud_mass=float(cloud_mass),
-        extent=records[:, 9:HEAD].max(axis=0),
+        extent=records[:, 9:11].max(axis=0),
     )

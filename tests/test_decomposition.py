@@ -7,11 +7,12 @@ from oracles import agree, approx
 
 from mpisph.decomposition import (
     BINS,
+    FADING,
     LONGEST_WAIT,
-    NEAR_AXIS_WORK,
     NOTABLE_GROWTH,
     PARTICLE_WORK,
     Cut,
+    Pace,
     Patience,
     equal_shares,
     equal_work_cut,
@@ -19,6 +20,7 @@ from mpisph.decomposition import (
     imbalance,
     owners,
     part_work,
+    relative_paces,
     work_of,
 )
 
@@ -26,13 +28,30 @@ from mpisph.decomposition import (
 def test_work_is_that_of_the_pairs_and_a_constant():
     work = work_of(np.array([0.0, 30.0]))
     assert work.tolist() == [PARTICLE_WORK, 30.0 + PARTICLE_WORK]
-    near = work_of(np.array([0.0, 30.0]), np.array([True, True]))
-    assert near.tolist() == [
-        PARTICLE_WORK,
-        30.0 * (1.0 + NEAR_AXIS_WORK) + PARTICLE_WORK,
-    ]
-    assert (8.0 * NEAR_AXIS_WORK).is_integer()  # sums of work are exact
     assert float(PARTICLE_WORK).is_integer()
+
+
+def test_pace_is_a_fading_mean():
+    pace = Pace()
+    assert pace.value == 0.0
+    pace.note(6.0, 3.0)
+    assert pace.value == 2.0
+    pace.note(1.0, 1.0)
+    assert pace.value == approx((FADING * 6.0 + 1.0) / (FADING * 3.0 + 1.0))
+    for _ in range(500):
+        pace.note(1.0, 0.0)
+        pace.note(9.0, 2.0)
+    assert pace.value == approx(5.0, rel=0.05)
+
+
+def test_relative_paces():
+    assert relative_paces(np.zeros(3)).tolist() == [1.0] * 3
+    assert relative_paces(np.array([4e-9, 4e-9])).tolist() == [1.0, 1.0]
+    # 0.75 and 1.25 of the mean; a rank that has measured nothing counts as average.
+    assert relative_paces(np.array([3e-9, 5e-9, 0.0])).tolist() == [0.75, 1.25, 1.0]
+    # In sixteenths, so that noise changes nothing.
+    assert relative_paces(np.array([1.0, 1.01])).tolist() == [1.0, 1.0]
+    assert relative_paces(np.array([1.0, 99.0, 1.0])).tolist() == [0.5, 2.0, 0.5]
 
 
 def test_imbalance():
