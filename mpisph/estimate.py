@@ -6,7 +6,7 @@ from typing import NamedTuple
 from mpisph.case import Case
 from mpisph.geometry import check_count, particle_count
 from mpisph.particles import INTEGRATED, LABELS, VALUES
-from mpisph.rates import RING_FIELDS
+from mpisph.records import RING_FIELDS
 from mpisph.sources import EXCHANGED
 from mpisph.timestep import VISCOUS_SHARE
 

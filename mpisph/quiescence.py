@@ -20,6 +20,7 @@ from numba import njit
 
 from mpisph.jit import EXACT
 from mpisph.neighbours import SLACK, split_key
+from mpisph.records import ring_at
 
 REST = 1e-20
 """Rates below this, in units of c^2/h for an acceleration, do not move calm matter."""
@@ -32,7 +33,7 @@ def calm_particles(records):
     Parameters
     ----------
     records : ndarray, shape (n, 16)
-        As of `rates.Ring`, in the global order.
+        As of `records.Ring`, in the global order.
 
     Returns
     -------
@@ -46,16 +47,16 @@ def calm_particles(records):
     next_change = np.empty(n + 1, np.int64)
     next_change[n] = n
     for i in range(n - 1, -1, -1):
-        ring = records[i]
+        ring = ring_at(records, i)
         calm[i] = (
-            ring[4] == 0.0
-            and ring[10] == 0.0
-            and ring[12] == 0.0
-            and ring[13] == 0.0
-            and ring[14] == 0.0
-            and ring[15] == 0.0
+            ring.u_r == 0.0
+            and ring.E == 0.0
+            and ring.s_rr == 0.0
+            and ring.s_tr == 0.0
+            and ring.s_zz == 0.0
+            and ring.s_rz == 0.0
         )
-        same = i > 0 and ring[5] == records[i - 1, 5]
+        same = i > 0 and ring.u_z == ring_at(records, i - 1).u_z
         next_change[i] = next_change[i + 1] if calm[i] and same else i
     return calm, next_change
 
@@ -98,6 +99,7 @@ def quiescent_until(cells, lattice, i, records, calm, next_change):
     if not calm[i]:
         return 0.0
     level, iz_a, ir_a = split_key(cells.keys[i])
+    u_z = ring_at(records, i).u_z
     size_a = lattice.size * 2.0**level
     h_a = 2.0 * lattice.h_ref * 2.0**level
     needed = cell_reach(cells, lattice, i)
@@ -119,7 +121,7 @@ def quiescent_until(cells, lattice, i, records, calm, next_change):
             if begin == end:
                 continue
             changed = begin
-            if calm[begin] and records[begin, 5] == records[i, 5]:
+            if calm[begin] and ring_at(records, begin).u_z == u_z:
                 changed = next_change[begin + 1]
             if changed < end:
                 until = min(until, split_key(cells.keys[changed])[2] * size)

@@ -82,6 +82,13 @@ def test_bad_input_is_told_once_with_its_place_and_exit_code_2(tmp_path):
         (("run", SHOT, "--rank", "3"), "No such option '--rank'"),
         (("run", SHOT, "--set", "time.cfl=-1"), "--set time.cfl=-1"),
         (("run", SHOT, "--set", "time.cfl"), "--set time.cfl"),
+        (
+            ("run", SHOT, SHOT),
+            "would be run in runs/piekutowski-4-1353",
+        ),
+        (("run", SHOT, "no-such-case.toml"), "no-such-case.toml: no such file"),
+        (("scaling", "no-such-case.toml"), "no-such-case.toml: no such file"),
+        (("scaling", SHOT, "--parts", "1"), "1 is not in the range"),
         (("bench", "--late", "4 kg"), "is of another dimension"),
         (("bench", "--late", "0 us"), "expected more than 0 s"),
         (("bench", "--only", "everything"), "'everything' is not one of"),
@@ -108,6 +115,42 @@ def test_unstable_run_exits_with_code_3_and_keeps_what_it_wrote(tmp_path):
     kept = [p for p, _ in read_series(tmp_path)]
     assert read_snapshot(kept[0]).time == 0.0
     assert "unstable" in (tmp_path / "log.txt").read_text()
+
+
+def test_several_cases_run_one_after_the_other(tmp_path):
+    """Each into a folder of its own; one that is unstable does not stop the next."""
+    plates = CASES / "plate-impact.toml"
+    # Too long a step for the shot, and none too long for the plates.
+    short = ("time.end=0.3us", "time.step=fixed", "time.dt=100 ns")
+    overrides = [x for text in short for x in ("--set", text)]
+    done = launch(2, MPISPH, "run", SHOT, plates, *overrides, "-o", tmp_path)
+    results = {
+        path.name: json.loads((path / "result.json").read_text())
+        for path in tmp_path.iterdir()
+    }
+    assert set(results) == {SHOT.stem, plates.stem}
+    unstable = [r["status"] for r in results.values()].count("unstable")
+    assert done.returncode == (3 if unstable else 0)
+    assert done.stdout.count("files in ") == 2
+
+
+def test_mistakes_of_several_cases_are_reported_together(tmp_path):
+    bad = [tmp_path / f"{k}.toml" for k in "ab"]
+    for path in bad:
+        path.write_text(f'title = "{path.stem}"\n')
+    done = launch(2, MPISPH, "run", *bad, "-o", tmp_path / "runs")
+    assert done.returncode == 2
+    assert all(str(path) in done.stderr for path in bad)
+    assert not (tmp_path / "runs").exists()
+
+
+def test_scaling_prints_a_table():
+    small = ("--set", "resolution.npr=8", "--parts", "4", "--parts", "9")
+    done = launch(1, MPISPH, "scaling", SHOT, *small)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0].startswith("| parts | cut |")
+    assert [line.split("|")[1].strip() for line in lines[2:]] == ["4", "4", "9", "9"]
 
 
 def test_unwritable_folder_is_an_error_on_all_ranks(tmp_path):

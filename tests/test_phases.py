@@ -9,9 +9,12 @@ def test_time_adds_up_by_name(monkeypatch):
     ticks = iter([0.0, 1.0, 10.0, 12.0, 20.0, 24.0])
     monkeypatch.setattr("mpisph.phases.perf_counter", lambda: next(ticks))
     phases = Phases()
+    spent = []
     for name in ("halo", "survey", "halo"):
-        with phases.measure(name):
+        with phases.measure(name) as watch:
             pass
+        spent.append(watch.spent)
+    assert spent == [1.0, 2.0, 4.0]
     assert phases.seconds == {"halo": 5.0, "survey": 2.0}
 
 

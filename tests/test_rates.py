@@ -17,13 +17,9 @@ from oracles import (
 )
 from scipy.special import ive
 
-from mpisph.constitutive import material_table
 from mpisph.eos import CLAMP, LINEAR, TILLOTSON, ZERO
 from mpisph.kernel import XI_FAR
-from mpisph.neighbours import make_lattice, sort_into_cells
-from mpisph.rates import LANES, RING_FIELDS, Ring, _buffer, ring_records
 from mpisph.smoothing import AXISYMMETRIC, CLASSIC, FIXED
-from mpisph.sources import Sources, exchanged_fields, name_fields
 
 ACCURACY = 1e-11
 """Of the largest rate in the cloud. A sum has 60 terms of both signs, with a kernel
@@ -297,53 +293,6 @@ def test_a_particle_on_the_axis_has_finite_rates():
     # By symmetry it moves along the axis only, and is not sheared.
     assert abs(p.du_r[3]) <= ACCURACY * np.abs(p.du_r).max()
     assert abs(p.dS_rz[3]) <= ACCURACY * np.abs(p.dS_rz).max()
-
-
-def test_ring_records_follow_the_fields_of_ring():
-    p = cloud(5, 33)
-    p.r[0] = 1e-9
-    cells = sort_into_cells(p.id, p.r, p.z, p.h, make_lattice(2e-3, 3.0))
-    s = name_fields(exchanged_fields(p, p.integrated, p.div))
-    records = np.empty((5, RING_FIELDS))
-    table = material_table([ALUMINIUM])
-    ring_records(s, cells.order, table, SCHEME, records)
-    ring = Ring(*records.T)
-    s = Sources(*(field[cells.order] for field in s))
-    P, c = np.array(
-        [
-            pressure_and_sound_speed(*state, ALUMINIUM, SCHEME)
-            for state in zip(s.rho.tolist(), s.E.tolist(), strict=True)
-        ]
-    ).T
-    assert len(ring) == RING_FIELDS
-    for name in ("r", "z", "u_r", "u_z", "E"):
-        np.testing.assert_array_equal(getattr(ring, name), getattr(s, name))
-    closing = np.where(s.div < 0, 2 * np.abs(s.div), 0)
-    expected = {
-        "half_h": 0.5 * s.h,
-        "half_rho": 0.5 * s.rho,
-        "m_F": -2.0 * s.m,
-        "root": s.r**-0.5,
-        "inv_rho": 1.0 / s.rho,
-        "half_alpha_c": 0.5 * 2.5 * c,
-        "zeta": 0.5 * s.h * c + 1.0 * s.h**2 * closing,
-        "s_rr": (P - s.S_rr) / s.rho**2,
-        "s_tr": (P - (-s.S_rr - s.S_zz) - (P - s.S_rr)) / s.rho**2,
-        "s_zz": (P - s.S_zz) / s.rho**2,
-        "s_rz": -s.S_rz / s.rho**2,
-    }
-    for name, want in expected.items():
-        got = getattr(ring, name)
-        scale = np.abs(want).max()
-        np.testing.assert_allclose(got, want, rtol=1e-14, atol=1e-14 * scale)
-
-
-def test_groups_of_the_buffer_are_an_odd_number_of_cache_lines_apart():
-    for candidates in (0, 1, 8, 9, 512, 513, 1000):
-        groups, length, fields = _buffer(candidates).shape
-        assert groups * fields == RING_FIELDS
-        assert candidates + LANES <= length <= candidates + LANES + 3
-        assert length * fields % 16 == 8
 
 
 def test_the_default_scheme_of_these_tests_uses_every_model():

@@ -109,12 +109,12 @@ def test_step_times():
         ghosts=np.array([7, 3]),
         messages=np.array([1, 2]),
     )
-    costs = Costs(1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e9)
+    costs = Costs(1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e9, 1e-4)
     times = step_times(counts, costs)
     wire = GHOST_BYTES / 1e9
     assert times.tolist() == [
-        approx(1e-6 + 1e-7 + 7e-7 + 1e-6 + 7 * wire + 1e-5),
-        approx(3e-7 + 2e-6 + 3 * wire + 1e-5),
+        approx(1e-6 + 1e-7 + 7e-7 + 1e-6 + 7 * wire + 1e-5 + 1e-4),
+        approx(3e-7 + 2e-6 + 3 * wire + 1e-5 + 1e-4),
     ]
 
 
@@ -124,7 +124,8 @@ def test_efficiency_is_that_of_the_slowest_part(mode):
     found = predict_scaling(layout, 4, mode)
     alone = predict_scaling(layout, 1, mode)
     costs = Costs()
-    serial = costs.interaction * layout.neighbours.sum() + costs.particle * 306
+    pairs = costs.interaction * layout.neighbours.sum()
+    serial = pairs + costs.particle * 306 + costs.step
     assert layout.r.size == 306
     slowest = step_times(found.counts, costs).max()
     assert found.efficiency == approx(serial / (4 * slowest), rel=1e-12)
