@@ -121,10 +121,28 @@ def claim(p: Particles, kappa: float, dt: float) -> FloatArray:
     """
     if p.n == 0:
         return NOTHING.copy()
-    half = reach(p.h + dt * np.abs(p.dh), kappa)
-    drift_r = dt * (np.abs(p.u_r) + 0.5 * dt * np.abs(p.du_r))
-    drift_z = dt * (np.abs(p.u_z) + 0.5 * dt * np.abs(p.du_z))
-    return hull(boxes(p.r, p.z, half + drift_r, half + drift_z))
+    box: FloatArray = _claim(
+        p.r, p.z, p.h, p.u_r, p.u_z, p.du_r, p.du_z, p.dh,
+        0.5 * kappa * (1.0 + SLACK), dt,
+    )  # fmt: skip
+    return box
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def _claim(
+    r: FloatArray, z: FloatArray, h: FloatArray, u_r: FloatArray, u_z: FloatArray,
+    du_r: FloatArray, du_z: FloatArray, dh: FloatArray, reach_h: float, dt: float,
+) -> FloatArray:  # fmt: skip
+    box = np.array([np.inf, -np.inf, np.inf, -np.inf])
+    for i in range(r.size):
+        half = reach_h * (h[i] + dt * abs(dh[i]))
+        along_r = half + dt * (abs(u_r[i]) + 0.5 * dt * abs(du_r[i]))
+        along_z = half + dt * (abs(u_z[i]) + 0.5 * dt * abs(du_z[i]))
+        box[0] = min(box[0], z[i] - along_z)
+        box[1] = max(box[1], z[i] + along_z)
+        box[2] = min(box[2], r[i] - along_r)
+        box[3] = max(box[3], r[i] + along_r)
+    return box
 
 
 def hull(these: FloatArray) -> FloatArray:

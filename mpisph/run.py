@@ -40,8 +40,9 @@ from mpisph.timestep import step_to
 
 CASE_FILE = "case.toml"
 
-EARLY = 20
-"""Steps in which the load is looked at every time: matter is set in motion fastest."""
+URGENT = 0.1
+"""Imbalance that calls for a look at the load at once: in the first steps, when matter
+is set in motion fastest."""
 
 
 class Recorder:
@@ -281,7 +282,8 @@ def make_step(sim: Simulation, found: Survey, dt: float) -> None:
         Length of the step [s].
     """
     advance(sim, dt, found.claims)
-    if sim.step < EARLY or sim.step % sim.case.parallel.rebalance_every == 0:
+    urgent = imbalance(found.work) > URGENT
+    if urgent or sim.step % sim.case.parallel.rebalance_every == 0:
         rebalance(sim, found.work)
 
 

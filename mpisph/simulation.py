@@ -51,7 +51,11 @@ from mpisph.timestep import StepRule
 
 NO_STEP = StepRule(fixed=True, longest=0.0, courant=0.0)
 
-SORT_EVERY = 50
+MIGRATE_EVERY = 20
+"""Steps after which particles that have drifted out of their part are given away, where
+the cut stays. Until then they cost some ghosts; moving them takes a tenth of a step."""
+
+SORT_EVERY = 60
 """Steps after which particles are stored in cell order again. What lies together in
 space then lies together in memory."""
 
@@ -89,6 +93,8 @@ class Simulation:
         Steps made.
     interactions : int
         Directed interactions evaluated by this rank.
+    next_migration : int
+        Step from which on particles that have left their part change their owner.
     next_sort : int
         Step from which on this rank's particles are put into cell order again.
     phases : Phases
@@ -111,6 +117,7 @@ class Simulation:
     time: float = 0.0
     step: int = 0
     interactions: int = 0
+    next_migration: int = 0
     next_sort: int = 0
     patience: Patience = field(default_factory=Patience)
     pace: Pace = field(default_factory=Pace)
@@ -308,11 +315,13 @@ def rebalance(sim: Simulation, work: FloatArray) -> None:
         Work of each rank.
     """
     with sim.phases.measure("balance"):
-        excess = imbalance(work)
+        old, excess = sim.cut, imbalance(work)
         if excess > sim.case.parallel.imbalance_threshold and sim.patience.due(excess):
-            old, sim.cut = sim.cut, _better_cut(sim, work)
+            sim.cut = _better_cut(sim, work)
             sim.patience.note(excess, in_vain=sim.cut is old)
-        sim.particles = migrate(sim.comm, sim.particles, sim.cut)
+        if sim.cut is not old or sim.step >= sim.next_migration:
+            sim.next_migration = sim.step + MIGRATE_EVERY
+            sim.particles = migrate(sim.comm, sim.particles, sim.cut)
         if sim.step >= sim.next_sort:
             sim.next_sort = sim.step + SORT_EVERY
             p = sim.particles

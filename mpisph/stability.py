@@ -44,16 +44,28 @@ class Bounds(NamedTuple):
     h_max: float
 
 
+@njit(**{**EXACT, "fastmath": {"reassoc"}})
+def _all_finite(values):
+    """Say whether all values are finite: zero times anything else is not a number."""
+    total = 0.0
+    for k in range(values.shape[0]):
+        for i in range(values.shape[1]):
+            total += 0.0 * values[k, i]
+    return total == 0.0
+
+
 @njit(**EXACT)
 def _first_fault(ids, values, rho, E, h, material, table, bounds):
     """Return the kind of fault and the id of the faulty particle of smallest id."""
     fault, who = STABLE, -1
+    all_finite = _all_finite(values)
     for i in range(ids.size):
         kind = STABLE
         eta = rho[i] / table[material[i]].rho0
         finite = h[i] > 0.0
-        for k in range(values.shape[0]):
-            finite &= math.isfinite(values[k, i])
+        if not all_finite:
+            for k in range(values.shape[0]):
+                finite &= math.isfinite(values[k, i])
         if not finite:
             kind = NON_FINITE
         elif not bounds.density_min < eta < bounds.density_max:
