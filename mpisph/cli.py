@@ -347,6 +347,7 @@ def _say_cache() -> None:
 @cache_group.command("clear")
 def cache_clear_command() -> None:
     """Remove all compiled code, of these and of other sources."""
+    MPI.COMM_WORLD.Barrier()  # a rank that starts makes its folder in the cache
     on_root(MPI.COMM_WORLD, clear_cache)
     click.echo(f"removed from {CACHE_FOLDER.parent}")
 
