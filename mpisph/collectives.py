@@ -106,19 +106,19 @@ def _sum_chunks(rows: FloatArray, bounds: FloatArray, scales: FloatArray) -> Int
     chunk = 17179869184.0  # 2^34
     total = np.zeros((rows.shape[0], 4), np.int64)
     for row in range(rows.shape[0]):
-        for i in range(rows.shape[1]):
-            value = rows[row, i]
-            if not abs(value) <= bounds[row]:  # true for NaN as well
-                total[row, 3] += 1
-                continue
-            scaled = value * scales[row]
-            high = np.int64(scaled)
-            scaled = (scaled - high) * chunk
-            middle = np.int64(scaled)
-            scaled = (scaled - middle) * chunk
-            total[row, 0] += high
-            total[row, 1] += middle
-            total[row, 2] += np.int64(scaled)
+        values, bound, scale = rows[row], bounds[row], scales[row]
+        high = middle = low = good = np.int64(0)
+        for i in range(values.size):  # without a branch, so that it vectorises
+            inside = abs(values[i]) <= bound  # false for NaN as well
+            scaled = (values[i] if inside else 0.0) * scale
+            first = np.int64(scaled)
+            scaled = (scaled - first) * chunk
+            second = np.int64(scaled)
+            high += first
+            middle += second
+            low += np.int64((scaled - second) * chunk)
+            good += np.int64(inside)
+        total[row] = high, middle, low, values.size - good
     return total
 
 

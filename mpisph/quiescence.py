@@ -63,7 +63,7 @@ def calm_particles(records):
 
 @njit(**EXACT)
 def cell_reach(cells, lattice, i):
-    """Return the radius [m] up to which the particles of a cell reach; with its key."""
+    """Return the radius up to which the particles of the cell of `i` reach [m]."""
     level, _, ir = split_key(cells.keys[i])
     scale = 2.0**level
     coarsest = 0.0

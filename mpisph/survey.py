@@ -109,7 +109,10 @@ def take_survey(
 
 def _terms(p: Particles, cloud: CloudDefinition) -> FloatArray:
     """Return what each particle adds to the sums, shape (N_SUMS, n)."""
-    return np.vstack([totals(p), p.m * in_cloud(p.z, p.u_z, cloud)])
+    terms = np.empty((N_SUMS, p.n))
+    terms[: N_SUMS - 1] = totals(p)
+    np.multiply(p.m, in_cloud(p.z, p.u_z, cloud), out=terms[N_SUMS - 1])
+    return terms
 
 
 def _conclude(records: FloatArray, bounds_of_terms: FloatArray) -> Survey:
