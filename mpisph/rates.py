@@ -38,25 +38,20 @@ from mpisph.strength import jaumann_rate
 
 @njit(**EXACT)
 def _write_rates(sums, a, sources, k, mu, mode, rates):
-    """Write the rates of particle `k`, return its velocity divergence.
-
-    Adding zero makes a negative zero positive: rates that are skipped are positive.
-    """
-    L_rr, L_tt, L_zz = sums.L_rr + 0.0, sums.L_tt + 0.0, sums.L_zz + 0.0
-    div = L_rr + L_tt + L_zz
+    """Write the rates of particle `k`, return its velocity divergence."""
+    div = sums.L_rr + sums.L_tt + sums.L_zz
     dS_rr, dS_zz, dS_rz = jaumann_rate(
-        L_rr, L_tt, sums.L_rz, sums.L_zr, L_zz,
+        sums.L_rr, sums.L_tt, sums.L_rz, sums.L_zr, sums.L_zz,
         sources.S_rr[k], sources.S_zz[k], sources.S_rz[k], mu,
     )  # fmt: skip
-    dh = smoothing_rate(mode, sources.h[k], div, sources.u_r[k], sources.r[k])
-    rates[0, k] = sums.du_r + 0.0
-    rates[1, k] = sums.du_z + 0.0
-    rates[2, k] = -sources.rho[k] * div + 0.0
-    rates[3, k] = heating(sums, a) + 0.0
-    rates[4, k] = dS_rr + 0.0
-    rates[5, k] = dS_zz + 0.0
-    rates[6, k] = dS_rz + 0.0
-    rates[7, k] = dh + 0.0
+    rates[0, k] = sums.du_r
+    rates[1, k] = sums.du_z
+    rates[2, k] = -sources.rho[k] * div
+    rates[3, k] = heating(sums, a)
+    rates[4, k] = dS_rr
+    rates[5, k] = dS_zz
+    rates[6, k] = dS_rz
+    rates[7, k] = smoothing_rate(mode, sources.h[k], div, sources.u_r[k], sources.r[k])
     return div
 
 

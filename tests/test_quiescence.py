@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from oracles import ALUMINIUM, SCHEME, bits, evaluate
 
-from mpisph.eos import TILLOTSON
+from mpisph.constitutive import material_table, pressure_and_sound_speed
+from mpisph.eos import LINEAR, TILLOTSON
 from mpisph.particles import Particles
 from mpisph.quiescence import REST, is_negligible
 
@@ -77,6 +78,31 @@ def test_whatever_a_disturbed_particle_reaches_is_evaluated(name, place):
     # The test is made on a box that holds the reach of a whole cell.
     far = np.hypot(p.r - p.r[i], p.z - p.z[i]) > 2.5 * SCHEME.kappa * H0
     assert not quick.neighbours[far].any()
+
+
+def test_energy_alone_disturbs_where_it_makes_no_pressure():
+    """With the linear equation heat flows, though nothing is under stress."""
+    p = block()
+    i = 20 + 40 * 20
+    p.E[i] = 1e3
+    quick, thorough = both(p, materials=(ALUMINIUM._replace(eos=LINEAR),))
+    assert_same_bits(quick, thorough)
+    assert not thorough.rates[[0, 1, 2]].any()
+    assert np.count_nonzero(quick.dE) > 30
+
+
+def test_hoop_stress_alone_disturbs():
+    """P = S_rr = S_zz leaves no stress but that around the axis."""
+    p = block()
+    i = 20 + 40 * 20
+    p.rho[i] *= 1.0 + 1e-6
+    linear = ALUMINIUM._replace(eos=LINEAR)
+    (constants,) = material_table([linear])
+    P, _ = pressure_and_sound_speed(p.rho[i], 0.0, constants, SCHEME)
+    p.S_rr[i] = p.S_zz[i] = P
+    quick, thorough = both(p, materials=(linear,))
+    assert_same_bits(quick, thorough)
+    assert np.count_nonzero(quick.du_r) > 30
 
 
 def test_two_blocks_that_meet_are_evaluated_where_they_meet():
