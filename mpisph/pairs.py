@@ -179,9 +179,10 @@ def pair_sums(a, buffer, n, scheme, near_axis):
 
     Returns
     -------
-    PairSums
-    nearest : float
-        Number of pairs with xi < XI_FAR; only where `near_axis` is None.
+    sums : PairSums
+    close : float
+        Number of pairs with xi < XI_FAR, for which the loop without near axis is not
+        good; zero from the other.
     """
     place, motion, state, stress = buffer[0], buffer[1], buffer[2], buffer[3]
     root_a = 0.7071067811865476 * a.root
