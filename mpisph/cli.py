@@ -31,6 +31,14 @@ UNSTABLE = 3
 
 T = TypeVar("T")
 
+set_option = click.option(
+    "--set",
+    "overrides",
+    metavar="KEY=VALUE",
+    multiple=True,
+    help="Override a key of the case, such as --set resolution.npr=20 (repeatable).",
+)
+
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="mpisph")
@@ -53,13 +61,7 @@ def cli() -> None:
     help="Folder of the run, or of the runs' folders where there are several CASEs; "
     "files of an earlier run are replaced.  [default: runs/<name of the case file>]",
 )
-@click.option(
-    "--set",
-    "overrides",
-    metavar="KEY=VALUE",
-    multiple=True,
-    help="Override a key of the case, such as --set resolution.npr=20 (repeatable).",
-)
+@set_option
 @click.option("--dry-run", is_flag=True, help="Check the case, print its size, stop.")
 def run_command(
     case_files: tuple[Path, ...],
@@ -302,7 +304,7 @@ def _shipped_case() -> Path:
     show_default=True,
     help="Numbers of ranks (repeatable).",
 )
-@click.option("--set", "overrides", metavar="KEY=VALUE", multiple=True)
+@set_option
 def scaling_command(
     case_file: Path, parts: tuple[int, ...], overrides: tuple[str, ...]
 ) -> None:

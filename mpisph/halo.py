@@ -119,8 +119,6 @@ def claim(p: Particles, kappa: float, dt: float) -> FloatArray:
     ndarray, shape (4,)
         As `boxes`; infinite and reversed where the rank owns nothing.
     """
-    if p.n == 0:
-        return NOTHING.copy()
     box: FloatArray = _claim(
         p.r, p.z, p.h, p.u_r, p.u_z, p.du_r, p.du_z, p.dh,
         0.5 * kappa * (1.0 + SLACK), dt,
@@ -133,7 +131,7 @@ def _claim(
     r: FloatArray, z: FloatArray, h: FloatArray, u_r: FloatArray, u_z: FloatArray,
     du_r: FloatArray, du_z: FloatArray, dh: FloatArray, reach_h: float, dt: float,
 ) -> FloatArray:  # fmt: skip
-    box = np.array([np.inf, -np.inf, np.inf, -np.inf])
+    box = NOTHING.copy()
     for i in range(r.size):
         half = reach_h * (h[i] + dt * abs(dh[i]))
         along_r = half + dt * (abs(u_r[i]) + 0.5 * dt * abs(du_r[i]))

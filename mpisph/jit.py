@@ -125,8 +125,8 @@ def clear_cache() -> None:
 def leave_out_scipy() -> None:
     """Import Numba's array functions as if SciPy had no linear algebra.
 
-    They import it, where it is installed, to learn whether
-    there is a BLAS, which nothing here calls: 0.2 s of every start.
+    They import it, where it is installed, to learn whether there is a BLAS, which
+    nothing here calls: 0.2 s of every start.
     """
     if "scipy.linalg" in sys.modules:
         return
