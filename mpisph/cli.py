@@ -1,16 +1,18 @@
 """The command line: ``mpisph run``, ``mpisph bench`` and smaller commands.
 
 Every rank runs the same commands; rank 0 alone speaks. Exit codes: 0 done, 2 bad
-input, 3 unstable run, 1 anything else. An unforeseen exception on one rank ends all.
+input, 3 unstable run, 75 stopped and to be resumed, 1 anything else. An error that one
+rank meets alone, and the death of a rank, end all.
 """
 
 import json
 import os
+import re
 import sys
-import traceback
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import NoReturn, TypeVar
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 from mpi4py import MPI
@@ -19,17 +21,24 @@ import mpisph
 from mpisph import __version__
 from mpisph.bench import PARTS
 from mpisph.case import Case, case_schema, load_case
-from mpisph.collectives import on_root
+from mpisph.collectives import from_root, on_root
 from mpisph.errors import CaseError, CollectiveError, MpisphError
 from mpisph.estimate import estimate
+from mpisph.guard import Guard
 from mpisph.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
 from mpisph.materials.quantities import si_value
 from mpisph.progress import open_console
 
 BAD_INPUT = 2
 UNSTABLE = 3
+STOPPED = 75
+"""The code EX_TEMPFAIL of sysexits.h: try again later."""
 
-T = TypeVar("T")
+_DURATION = re.compile(r"(?:(\d+)d)?(?:(\d+)h)?(?:(\d+)m(?:in)?)?(?:(\d+)s)?")
+_CLOCK = re.compile(r"(?:(\d+)-)?(\d+):(\d\d):(\d\d)")
+
+if TYPE_CHECKING:
+    from mpisph.result import Result
 
 set_option = click.option(
     "--set",
@@ -37,6 +46,32 @@ set_option = click.option(
     metavar="KEY=VALUE",
     multiple=True,
     help="Override a key of the case, such as --set resolution.npr=20 (repeatable).",
+)
+
+
+def _duration(
+    _: click.Context, option: click.Parameter, text: str | None
+) -> float | None:
+    """Return a duration such as ``3h50m`` or ``1-12:00:00`` in seconds."""
+    if text is None:
+        return None
+    found = _DURATION.fullmatch(text) or _CLOCK.fullmatch(text)
+    days, hours, minutes, seconds = (
+        (int(x or 0) for x in found.groups()) if found else (0,) * 4
+    )
+    total = seconds + 60 * (minutes + 60 * (hours + 24 * days))
+    if total <= 0:
+        wanted = "expected a duration such as 3h50m, 90s or 1-12:00:00"
+        raise click.BadParameter(f"{text!r}: {wanted}", param=option)
+    return float(total)
+
+
+walltime_option = click.option(
+    "--walltime",
+    metavar="DURATION",
+    callback=_duration,
+    help="Time that the program may take, such as 3h50m: before it is up, a run writes "
+    "a checkpoint and stops.",
 )
 
 
@@ -58,27 +93,89 @@ def cli() -> None:
     "-o",
     "--output",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Folder of the run, or of the runs' folders where there are several CASEs; "
-    "files of an earlier run are replaced.  [default: runs/<name of the case file>]",
+    help="Folder of the run, or of the runs' folders where there are several CASEs.  "
+    "[default: runs/<name of the case file>]",
 )
 @set_option
+@walltime_option
+@click.option("--force", is_flag=True, help="Start anew; remove the folder's old run.")
 @click.option("--dry-run", is_flag=True, help="Check the case, print its size, stop.")
+@click.pass_obj
 def run_command(
+    guard: Guard,
     case_files: tuple[Path, ...],
     output: Path | None,
     overrides: tuple[str, ...],
+    walltime: float | None,
+    force: bool,
     dry_run: bool,
 ) -> None:
-    """Run case files (TOML), one after the other, and write a folder for each."""
+    """Run case files (TOML), one after the other, and write a folder for each.
+
+    A run that was stopped or killed goes on from its last checkpoint. One that has
+    ended is not repeated.
+    """
     comm = MPI.COMM_WORLD
     folders = _run_folders(case_files, output)
-    cases = on_root_or_raise(comm, lambda: _load_cases(case_files, overrides))
+    cases = from_root(comm, lambda: _load_cases(case_files, overrides))
     if dry_run:
         for case in cases:
             click.echo(estimate(case, comm.size).text())
         return
-    stable = [run_case(c, comm, f) for c, f in zip(cases, folders, strict=True)]
-    if not all(stable):
+    from mpisph.run import run
+
+    pairs = list(zip(cases, folders, strict=True))
+    _finish_runs(
+        guard,
+        walltime,
+        folders,
+        [partial(run, c, comm, f, force=force, guard=guard) for c, f in pairs],
+    )
+
+
+@cli.command("resume")
+@click.argument(
+    "folders",
+    metavar="RUN...",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
+)
+@walltime_option
+@click.pass_obj
+def resume_command(
+    guard: Guard, folders: tuple[Path, ...], walltime: float | None
+) -> None:
+    """Go on with the runs in folders, on any number of ranks.
+
+    A run goes on from its last sound checkpoint, or from the beginning where there is
+    none. One that has ended is not repeated.
+    """
+    from mpisph.run import resume
+
+    comm = MPI.COMM_WORLD
+    runs = [partial(resume, comm, folder, guard=guard) for folder in folders]
+    _finish_runs(guard, walltime, folders, runs)
+
+
+def _finish_runs(
+    guard: Guard,
+    walltime: float | None,
+    folders: Sequence[Path],
+    runs: Sequence[Callable[[], "Result"]],
+) -> None:
+    """Make runs one after the other, until one is stopped; say how each ended."""
+    if walltime is not None:
+        guard.limit(walltime)
+    stable = True
+    with guard.heeding_signals(MPI.COMM_WORLD):
+        for folder, make in zip(folders, runs, strict=True):
+            result = make()
+            _say_ending(folder, result)
+            if result.status == "stopped":
+                raise click.exceptions.Exit(STOPPED)
+            stable = stable and result.status == "completed"
+    if not stable:
         raise click.exceptions.Exit(UNSTABLE)
 
 
@@ -106,29 +203,65 @@ def _load_cases(case_files: Sequence[Path], overrides: Sequence[str]) -> list[Ca
     return cases
 
 
-def run_case(case: Case, comm: MPI.Intracomm, folder: Path) -> bool:
-    """Run a case, print how it ended, and return whether it was stable."""
+def _say_ending(folder: Path, result: "Result") -> None:
+    """Print how a run ended, on rank 0."""
     from mpisph.result import comparison_table
-    from mpisph.run import run
 
-    result = run(case, comm, folder)
-    if comm.rank == 0:
-        console = open_console(stderr=False)
-        if result.comparisons:
-            console.print(comparison_table(result))
-        c, t = result.conservation, result.timing
-        console.print(
-            f"{result.status}: {result.particles} particles, {t.steps} steps in "
-            f"{t.wall:.2f} s on {t.ranks} rank{'s' if t.ranks > 1 else ''}; energy "
-            f"error {c.energy_error_max:.1e}, axial momentum "
-            f"{abs(c.momentum_z_error):.1e}\nfiles in {folder}",
-            highlight=False,
-            soft_wrap=True,
+    if MPI.COMM_WORLD.rank != 0:
+        return
+    if result.status == "stopped":
+        click.echo(
+            f"stopped at step {result.step}, t = {result.time * 1e6:.4f} us; "
+            f"`mpisph resume {folder}` goes on",
+            err=True,
         )
-        if result.status == "unstable":
-            text = f"unstable ({result.reason}) at step {result.step}: {result.detail}"
-            click.echo(text, err=True)
-    return result.status != "unstable"
+        return
+    console = open_console(stderr=False)
+    if result.comparisons:
+        console.print(comparison_table(result))
+    c, t = result.conservation, result.timing
+    console.print(
+        f"{result.status}: {result.particles} particles, {t.steps} steps in "
+        f"{t.wall:.2f} s on {t.ranks} rank{'s' if t.ranks > 1 else ''}; energy "
+        f"error {c.energy_error_max:.1e}, axial momentum "
+        f"{abs(c.momentum_z_error):.1e}\nfiles in {folder}",
+        highlight=False,
+        soft_wrap=True,
+    )
+    if result.status == "unstable":
+        text = f"unstable ({result.reason}) at step {result.step}: {result.detail}"
+        click.echo(text, err=True)
+
+
+@cli.command("status")
+@click.argument(
+    "folders",
+    metavar="RUN...",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
+)
+def status_command(folders: tuple[Path, ...]) -> None:
+    """Say how the runs in folders stand."""
+    lines = from_root(MPI.COMM_WORLD, lambda: [_status_line(f) for f in folders])
+    click.echo("\n".join(lines))
+
+
+def _status_line(folder: Path) -> str:
+    from mpisph.lock import in_use
+    from mpisph.status import read_status
+
+    status = read_status(folder)
+    if status is None:
+        return f"{folder}: no run"
+    state, reason = status.state, f" ({status.reason})" if status.reason else ""
+    if state == "running" and not in_use(folder):
+        state, reason = "failed", " (killed)"
+    reached, end = status.time * 1e6, status.end_time * 1e6
+    return (
+        f"{folder}: {state}{reason}, step {status.step}, t = {reached:.4f} of "
+        f"{end:.4f} us, {status.ranks} ranks, {status.host}, {status.updated}"
+    )
 
 
 @cli.command("schema")
@@ -144,7 +277,7 @@ def figures_command(folder: Path) -> None:
     from mpisph.figures import draw_run
 
     comm = MPI.COMM_WORLD
-    paths = on_root_or_raise(comm, lambda: draw_run(folder))
+    paths = from_root(comm, lambda: draw_run(folder))
     if not paths:
         raise MpisphError(f"{folder}: no snapshots to draw; is it a run's folder?")
     for path in paths:
@@ -159,7 +292,7 @@ def clock_command(folder: Path) -> None:
     The offset makes R_b and L_b at all measured exposures fit best. The run must have
     gone on for some microseconds after the last exposure.
     """
-    text = on_root_or_raise(MPI.COMM_WORLD, lambda: _clock_text(folder))
+    text = from_root(MPI.COMM_WORLD, lambda: _clock_text(folder))
     click.echo(text)
 
 
@@ -316,8 +449,8 @@ def scaling_command(
     from mpisph.scaling import initial_layout, scaling_table
 
     comm = MPI.COMM_WORLD
-    case = on_root_or_raise(comm, lambda: load_case(case_file, overrides))
-    lines = on_root_or_raise(comm, lambda: scaling_table(initial_layout(case), parts))
+    case = from_root(comm, lambda: load_case(case_file, overrides))
+    lines = from_root(comm, lambda: scaling_table(initial_layout(case), parts))
     click.echo("\n".join(lines))
 
 
@@ -354,43 +487,20 @@ def cache_clear_command() -> None:
     click.echo(f"removed from {CACHE_FOLDER.parent}")
 
 
-def on_root_or_raise(comm: MPI.Intracomm, action: Callable[[], T]) -> T:
-    """Do something on rank 0 and hand its result, or its error, to all ranks.
-
-    Raises
-    ------
-    CollectiveError, MpisphError, RuntimeError
-        On all ranks, if the action failed; see `collectives.raise_together`.
-    """
-    results: list[T] = []
-    on_root(comm, lambda: results.append(action()))
-    results = comm.bcast(results)
-    return results[0]
-
-
-def _end_all_ranks(
-    kind: type[BaseException], error: BaseException, trace: object
-) -> None:
-    """Print the traceback and end every rank: the others would wait for ever."""
-    text = "".join(traceback.format_exception(error))
-    sys.stderr.write(f"rank {MPI.COMM_WORLD.rank}:\n{text}")
-    sys.stderr.flush()
-    MPI.COMM_WORLD.Abort(1)
-
-
 def main() -> NoReturn:
     """Run the command line; the entry point of ``mpisph``."""
-    sys.excepthook = _end_all_ranks
+    guard = Guard()
+    sys.excepthook = guard.end_all_ranks
     first = MPI.COMM_WORLD.rank == 0
     if not first:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")
-    sys.exit(_run(first))
+    sys.exit(_run(guard, first))
 
 
-def _run(first: bool) -> int:
+def _run(guard: Guard, first: bool) -> int:
     """Run the command line and return its exit code, the same on all ranks."""
     try:
-        code = cli.main(prog_name="mpisph", standalone_mode=False)
+        code = cli.main(prog_name="mpisph", standalone_mode=False, obj=guard)
     except click.ClickException as error:
         if first:
             error.show()
@@ -403,7 +513,4 @@ def _run(first: bool) -> int:
         if first:
             click.echo(f"mpisph: {error}", err=True)
         return 1
-    except OSError as error:  # the other ranks know nothing of it
-        click.echo(f"mpisph: rank {MPI.COMM_WORLD.rank}: {error}", err=True)
-        MPI.COMM_WORLD.Abort(1)
     return code if isinstance(code, int) else 0

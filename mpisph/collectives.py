@@ -9,6 +9,7 @@ that a file is the same whichever ranks wrote it.
 import errno
 import math
 from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,8 @@ from numba import njit
 import mpisph.jit  # noqa: F401  it sets Numba's cache folder before first use
 from mpisph.errors import CollectiveError, MpisphError
 from mpisph.particles import LABELS, VALUES, FloatArray, IntArray, Particles
+
+T = TypeVar("T")
 
 CHUNKS = 4
 """Columns of `fixed_point_chunks`: three chunks, and a count of bad values."""
@@ -291,6 +294,26 @@ def on_root(comm: MPI.Intracomm, action: Callable[[], object]) -> None:
         On all ranks, if the action failed; see `raise_together`.
     """
     raise_together(comm, caught(action) if comm.rank == 0 else None)
+
+
+def from_root(comm: MPI.Intracomm, action: Callable[[], T]) -> T:
+    """Do something on rank 0 and hand its result, or its error, to all ranks.
+
+    Parameters
+    ----------
+    comm : MPI.Intracomm
+    action : callable
+        Called without arguments on rank 0.
+
+    Raises
+    ------
+    CollectiveError, MpisphError, RuntimeError
+        On all ranks, if the action failed; see `raise_together`.
+    """
+    results: list[T] = []
+    on_root(comm, lambda: results.append(action()))
+    results = comm.bcast(results)
+    return results[0]
 
 
 def caught(action: Callable[[], object]) -> Exception | None:

@@ -19,9 +19,9 @@ def replace_file(part: Path, path: Path) -> None:
     OSError
         If the file cannot be brought to the disk or renamed.
     """
-    _sync(part)
+    sync(part)
     part.replace(path)
-    _sync(path.parent)
+    sync(path.parent)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -46,8 +46,14 @@ def write_text(path: Path, text: str) -> None:
         raise
 
 
-def _sync(path: Path) -> None:
-    """Wait until a file, or the names in a folder, are on the disk."""
+def sync(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk.
+
+    Raises
+    ------
+    OSError
+        If they cannot be brought there.
+    """
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)

@@ -1,6 +1,7 @@
 """The history of a run: one line of ``history.csv`` for every few steps."""
 
 import csv
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
@@ -90,6 +91,9 @@ class History:
     folder : Path
         Folder of the run.
     comm : MPI.Intracomm
+    kept : int, optional
+        Size of what is kept of an earlier history [bytes]; lines behind it, of steps
+        that are to be made again, are cut off. By default nothing is kept.
 
     Raises
     ------
@@ -97,12 +101,15 @@ class History:
         On rank 0, if the file cannot be written.
     """
 
-    def __init__(self, folder: Path, comm: MPI.Intracomm) -> None:
+    def __init__(self, folder: Path, comm: MPI.Intracomm, kept: int = 0) -> None:
         self._file = None
         if comm.rank != 0:
             return
         path = folder / HISTORY_FILE
-        write_text(path, _line(HEADER))
+        if kept > 0:
+            os.truncate(path, kept)
+        else:
+            write_text(path, _line(HEADER))
         # Whole lines reach the system at once, to be followed while it runs.
         self._file = path.open("a", encoding="utf-8", buffering=1)
 
@@ -124,11 +131,36 @@ class History:
         if self._file is not None:
             self._file.write(_line(tuple(map(_text, HistoryRow._fields, row))))
 
+    def save(self) -> int:
+        """Bring all lines to the disk and return their size [bytes]; 0 elsewhere."""
+        if self._file is None:
+            return 0
+        os.fsync(self._file.fileno())
+        return os.fstat(self._file.fileno()).st_size
+
     def close(self) -> None:
         """Close the file; a second call does nothing."""
         if self._file is not None:
             self._file.close()
             self._file = None
+
+
+def kept_history(folder: Path, size: int) -> int:
+    """Return `size` where a run's history is at least so long, else 0.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the run.
+    size : int
+        Of the lines that were written up to some step [bytes].
+    """
+    try:
+        with (folder / HISTORY_FILE).open("rb") as file:
+            file.seek(max(size - 1, 0))
+            return size if file.read(1) == b"\n" else 0
+    except OSError:
+        return 0
 
 
 def read_history(path: Path) -> npt.NDArray[Any]:

@@ -54,7 +54,7 @@ def _is_terminal_of_parent(descriptor: int) -> bool:
 
 
 class RunLog:
-    """Writes lines to ``log.txt``, on rank 0 alone; other ranks do nothing.
+    """Adds lines to ``log.txt``, on rank 0 alone; other ranks do nothing.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class RunLog:
     def __init__(self, folder: Path, comm: MPI.Intracomm) -> None:
         self._file = None
         if comm.rank == 0:
-            self._file = (folder / LOG_FILE).open("w", encoding="utf-8", buffering=1)
+            self._file = (folder / LOG_FILE).open("a", encoding="utf-8", buffering=1)
 
     def __enter__(self) -> Self:
         """Return the log itself."""
@@ -197,6 +197,13 @@ class Progress:
         said = self._said or self._first
         if state.clock - said.clock >= self._interval:
             self._say(state)
+
+    def tell(self, text: str) -> None:
+        """Write a line to the console and to the log."""
+        if self._active:
+            _print_plain(self._console, text)
+        if self._log is not None:
+            self._log.write(text)
 
     def _say(self, state: _State) -> None:
         """Write a plain line to the console, unless it has a bar, and to the log."""

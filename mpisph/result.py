@@ -18,7 +18,7 @@ RESULT_FILE = "result.json"
 COMPARED_FIGURE: CloudFigure = "outermost"
 """Which figure of the computed cloud is printed beside the measured one."""
 
-Status = Literal["completed", "unstable"]
+Ending = Literal["completed", "unstable", "stopped"]
 
 _SAME_TIME = 1e-6
 # Relative; output times that agree to rounding have been merged into one.
@@ -125,8 +125,8 @@ class Result(_Model):
 
     title: str
     """Title of the case."""
-    status: Status
-    """How the run ended."""
+    status: Ending
+    """How the run ended; no file is written of one that was stopped."""
     reason: str | None = None
     """Why it did not complete, such as ``energy_drift``."""
     detail: str | None = None

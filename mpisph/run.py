@@ -1,40 +1,48 @@
-"""A whole run: steps, triggers, files and the result."""
+"""A whole run: steps, triggers, files and the result; begun anew or resumed.
 
+The word that counts is ``status.json``. A run begins where its folder holds none, goes
+on from the last sound checkpoint where it was stopped, failed or was killed, and is not
+repeated once it has ended.
+"""
+
+import shutil
 import time
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 from rich.console import Console
 
-from mpisph.case import Case
-from mpisph.collectives import on_root
+from mpisph.case import Case, load_case
+from mpisph.checkpoint import (
+    CHECKPOINTS_FOLDER,
+    Checkpoint,
+    DamagedError,
+    find_checkpoints,
+    read_checkpoint,
+    set_aside,
+)
+from mpisph.collectives import from_root, on_root
 from mpisph.compiled import warm_up
 from mpisph.decomposition import imbalance
-from mpisph.diagnostics import (
-    ConservationErrors,
-    conservation_errors,
-    measure_cloud,
-)
-from mpisph.errors import UnstableError
+from mpisph.errors import CaseError, MpisphError, Problem, UnstableError
 from mpisph.files import write_text
-from mpisph.geometry import check_count
-from mpisph.history import History, HistoryRow
+from mpisph.guard import Guard
+from mpisph.history import History, kept_history
 from mpisph.jit import CACHE_FOLDER, is_compiled
+from mpisph.keeper import Keeper, StopRequested
+from mpisph.lock import FolderLock
 from mpisph.progress import Progress, RunLog, open_console
 from mpisph.provenance import git_revision, versions
-from mpisph.result import (
-    CloudRecord,
-    Conservation,
-    Result,
-    Status,
-    Timing,
-    make_comparisons,
-    write_result,
-)
+from mpisph.recorder import Recorder, RunState, restored
+from mpisph.result import RESULT_FILE, Ending, Result, read_result, write_result
 from mpisph.simulation import Simulation, advance, rebalance, start, step_rule, survey
-from mpisph.snapshot import SERIES_FILE, SNAPSHOTS_FOLDER, write_snapshot
+from mpisph.snapshot import SERIES_FILE, SNAPSHOTS_FOLDER
 from mpisph.stability import REASONS, STABLE
+from mpisph.status import FINAL, STATUS_FILE, Status, StatusFile, read_status
 from mpisph.survey import Survey
 from mpisph.timestep import step_to
 
@@ -44,114 +52,27 @@ URGENT = 0.1
 """Imbalance that calls for a look at the load at once: in the first steps, when matter
 is set in motion fastest."""
 
+SHOWN_DIFFERENCES = 5
+"""How many differences between two cases are named."""
 
-class Recorder:
-    """Writes what a run yields, and remembers what its result needs.
 
-    Parameters
-    ----------
-    sim : Simulation
-    folder : Path
-    history : History
-    progress : Progress
-    log : RunLog
-    provenance : dict of str to str
-        Versions and revision, written into every snapshot.
-    """
+class Stored(NamedTuple):
+    """A sound checkpoint and the state in it."""
 
-    def __init__(
-        self,
-        sim: Simulation,
-        folder: Path,
-        history: History,
-        progress: Progress,
-        log: RunLog,
-        provenance: dict[str, str],
-    ) -> None:
-        self.folder = folder
-        self.history = history
-        self.progress = progress
-        self.log = log
-        self.metadata = {"case": sim.case.to_toml(), **provenance}
-        self.clouds: list[CloudRecord] = []
-        self.snapshots = 0
-        self.last_row: HistoryRow | None = None
-        self.initial: list[float] | None = None
-        self.errors = ConservationErrors(0.0, 0.0, 0.0)
-        self.energy_error_max = 0.0
-        self.begin = time.perf_counter()
-        self.first_step: float | None = None
-
-    @property
-    def wall(self) -> float:
-        """Wall time since the first step [s]."""
-        return time.perf_counter() - self.begin
-
-    def note(self, sim: Simulation, found: Survey, dt: float) -> None:
-        """Take note of a step: conservation, history, progress."""
-        if sim.step == 1:
-            self.first_step = time.time()
-        if self.initial is None:
-            self.initial = found.sums.tolist()
-        self.errors = conservation_errors(self.initial, found.sums)
-        self.energy_error_max = max(self.energy_error_max, abs(self.errors.energy))
-        self.last_row = self._row(sim, found, dt)
-        if sim.step % sim.case.output.history_every == 0:
-            self.write_last_row()
-        self.progress.update(sim.time, sim.step, dt)
-
-    def write_last_row(self) -> None:
-        """Write the last step's line of the history, unless it has been written."""
-        if self.last_row is not None:
-            self.history.write(self.last_row)
-            self.last_row = None
-
-    def _row(self, sim: Simulation, found: Survey, dt: float) -> HistoryRow:
-        mass, momentum, kinetic, internal = found.sums.tolist()
-        radius, length = found.extent.tolist()
-        return HistoryRow(
-            step=sim.step,
-            time=sim.time,
-            dt=dt,
-            mass=mass,
-            momentum_z=momentum,
-            kinetic_energy=kinetic,
-            internal_energy=internal,
-            energy_error=self.errors.energy,
-            cloud_radius=radius,
-            cloud_length=length,
-            cloud_mass=found.cloud_mass,
-            imbalance=imbalance(found.work),
-            wall=self.wall,
-        )
-
-    def save(self, sim: Simulation) -> None:
-        """Write a snapshot and measure the cloud."""
-        with sim.phases.measure("output"):
-            path = write_snapshot(
-                sim.comm,
-                self.folder,
-                self.snapshots,
-                sim.particles,
-                time=sim.time,
-                step=sim.step,
-                metadata=self.metadata,
-                n_total=sim.n_total,
-            )
-            self.snapshots += 1
-            measure = measure_cloud(sim.comm, sim.particles, sim.cloud)
-        if sim.time in sim.case.output_times:
-            self.clouds.append(CloudRecord.of(sim.time, measure))
-        self.log.write(
-            f"{path.name}: t = {sim.time * 1e6:.4f} us, step {sim.step}, "
-            f"R_b = {measure.radius * 1e3:.2f} mm, L_b = {measure.length * 1e3:.2f} mm"
-        )
+    checkpoint: Checkpoint
+    state: RunState
 
 
 def run(
-    case: Case, comm: MPI.Intracomm, folder: Path, console: Console | None = None
+    case: Case,
+    comm: MPI.Intracomm,
+    folder: Path,
+    console: Console | None = None,
+    *,
+    force: bool = False,
+    guard: Guard | None = None,
 ) -> Result:
-    """Run a case and write its files into `folder`.
+    """Run a case and write its files into `folder`, or go on with it there.
 
     Parameters
     ----------
@@ -159,53 +80,312 @@ def run(
     comm : MPI.Intracomm
         The run is collective over it; any number of ranks gives the same bits.
     folder : Path
-        Made where missing. The files of an earlier run in it are replaced.
+        Made where missing. Where the run in it was stopped or killed, it goes on; where
+        it has ended, nothing is done.
     console : rich.console.Console, optional
         For progress; by default the standard error.
+    force : bool, optional
+        Whether to start anew, and remove the files of the run in the folder.
+    guard : Guard, optional
+        Signals and limits to heed; by default only the file ``stop`` in the folder.
 
     Returns
     -------
     Result
-        On all ranks; its status is ``unstable`` for a run that broke down.
+        On all ranks; its status is ``unstable`` for a run that broke down, and
+        ``stopped`` for one that was asked to stop.
 
     Raises
     ------
     CaseError
-        On all ranks, if there would be absurdly many particles.
+        On all ranks, if the folder holds a run of another case.
+    MpisphError
+        On all ranks, if another run is at work in the folder, or if it holds files of a
+        run but no status.
     OSError
         On all ranks, if a file cannot be written.
     """
-    check_count(case)
-    console = console or open_console(stderr=True)
-    on_root(comm, lambda: _prepare_folder(folder, case))
-    with ExitStack() as stack:
-        log = stack.enter_context(RunLog(folder, comm))
-        history = stack.enter_context(History(folder, comm))
-        log.write(f"{case.title}\n{comm.size} ranks, code cache {CACHE_FOLDER}")
+    on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
+    session = _Session(comm, folder, console, guard)
+    with FolderLock(comm, folder):
+        if force:
+            return session.begin(case)
+        status = from_root(comm, lambda: _status_of(case, folder))
+        return session.begin(case) if status is None else session.go_on(case, status)
+
+
+def resume(
+    comm: MPI.Intracomm,
+    folder: Path,
+    console: Console | None = None,
+    *,
+    guard: Guard | None = None,
+) -> Result:
+    """Go on with the run in a folder, on any number of ranks.
+
+    Parameters
+    ----------
+    comm, folder, console, guard
+        See `run`.
+
+    Returns
+    -------
+    Result
+        See `run`.
+
+    Raises
+    ------
+    MpisphError, OSError
+        See `run`; also where the folder holds no run.
+    """
+    case = from_root(comm, lambda: _case_in(folder))
+    session = _Session(comm, folder, console, guard)
+    with FolderLock(comm, folder):
+        status = from_root(comm, lambda: read_status(folder))
+        if status is None:
+            raise MpisphError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
+        return session.go_on(case, status)
+
+
+def _case_in(folder: Path) -> Case:
+    if not (folder / CASE_FILE).exists():
+        raise MpisphError(f"{folder}: no {CASE_FILE}; is it a run's folder?")
+    return load_case(folder / CASE_FILE)
+
+
+def _status_of(case: Case, folder: Path) -> Status | None:
+    """Return how the run in a folder stands; it must be one of this case."""
+    status = read_status(folder)
+    if status is None:
+        found = [n for n in (CASE_FILE, RESULT_FILE) if (folder / n).exists()]
+        if found:
+            raise MpisphError(
+                f"{folder}: holds {found[0]} of a run, but no {STATUS_FILE}; name "
+                "another folder, or --force to start anew and lose what is there"
+            )
+        return None
+    if status.state not in FINAL and not (folder / CASE_FILE).exists():
+        return None  # killed before it had begun
+    differing = _differences(_case_in(folder), case)
+    if differing:
+        shown = ", ".join(differing[:SHOWN_DIFFERENCES])
+        more = len(differing) - SHOWN_DIFFERENCES
+        text = f"{shown} and {more} more" if more > 0 else shown
+        problem = Problem(
+            f"the folder holds a run of another case ({text}); name another folder, or "
+            "--force to start anew and lose what is there",
+            file=str(folder),
+        )
+        raise CaseError([problem])
+    return status
+
+
+def _differences(old: Case, new: Case) -> list[str]:
+    """Return what differs between two cases, as ``key: old, now new``."""
+    before, now = (dict(_leaves(case.model_dump())) for case in (old, new))
+    keys = dict.fromkeys((*before, *now))
+    return [
+        f"{key}: {before.get(key, 'none')}, now {now.get(key, 'none')}"
+        for key in keys
+        if before.get(key) != now.get(key)
+    ]
+
+
+def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Return the dotted keys and the values of nested tables and arrays."""
+    items: Any = ()
+    if isinstance(value, Mapping):
+        items = value.items()
+    elif isinstance(value, list | tuple):
+        items = enumerate(value)
+    else:
+        yield key, value
+    for name, inner in items:
+        yield from _leaves(inner, f"{key}.{name}" if key else str(name))
+
+
+class _Session:
+    """One start or resumption of a run, in a folder that it has locked."""
+
+    def __init__(
+        self,
+        comm: MPI.Intracomm,
+        folder: Path,
+        console: Console | None,
+        guard: Guard | None,
+    ) -> None:
+        self.comm = comm
+        self.folder = folder
+        self.console = console or open_console(stderr=True)
+        self.guard = guard or Guard()
+
+    def say(self, text: str) -> None:
+        """Print a line, once for all ranks."""
+        if self.comm.rank == 0:
+            self.console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    def begin(self, case: Case) -> Result:
+        """Start a run anew."""
+        status = StatusFile(self.comm, self.folder, case.end_time, starts=1)
+        # First of all: what is there then no longer counts as a run that has ended.
+        status.write("running", 0, 0.0)
+        on_root(self.comm, lambda: _clear_away(self.folder))
+        on_root(self.comm, lambda: write_text(self.folder / CASE_FILE, case.to_toml()))
+        return self._work(case, status, None)
+
+    def go_on(self, case: Case, before: Status) -> Result:
+        """Go on with a run, unless it has ended."""
+        if before.state in FINAL:
+            self.say(
+                f"{self.folder} holds a run that is {before.state}: nothing to do; "
+                "--force starts anew"
+            )
+            return from_root(self.comm, lambda: _read_result(self.folder))
+        on_root(self.comm, lambda: _remove_parts(self.folder))
+        stored = self._last_stored(case)
+        status = StatusFile(
+            self.comm, self.folder, case.end_time, starts=before.starts + 1
+        )
+        step, reached = (stored.state.step, stored.state.time) if stored else (0, 0.0)
+        status.write("running", step, reached)
+        return self._work(case, status, stored)
+
+    def _last_stored(self, case: Case) -> Stored | None:
+        """Return the last sound checkpoint; None to start from the beginning."""
+        for path in from_root(self.comm, lambda: find_checkpoints(self.folder)):
+            try:
+                checkpoint = read_checkpoint(self.comm, path)
+            except DamagedError as error:
+                aside = from_root(self.comm, partial(set_aside, path))
+                self.say(f"{error}; kept as {aside.name}")
+                continue
+            except OSError as error:
+                self.say(f"{path}: cannot be read: {error}")
+                continue
+            state = _understood(path, checkpoint, case)
+            self.say(f"going on from {path.name}, t = {state.time * 1e6:.4f} us")
+            return Stored(checkpoint, state)
+        self.say(f"{self.folder}: no sound checkpoint; starting from the beginning")
+        return None
+
+    def _work(self, case: Case, status: StatusFile, stored: Stored | None) -> Result:
+        """Run a case from its start or from a checkpoint, and see to its end."""
+        with self.guard.working_in(self.folder, status.fail):
+            try:
+                return self._run(case, status, stored)
+            except (MpisphError, OSError) as error:
+                # What one rank alone meets is for `Guard.end_all_ranks`.
+                if self.comm.rank == 0:
+                    status.fail(str(error))
+                raise
+
+    def _run(self, case: Case, status: StatusFile, stored: Stored | None) -> Result:
+        state = stored.state if stored else None
+        kept = 0
+        if state is not None:
+            size = state.history_bytes
+            kept = from_root(self.comm, lambda: kept_history(self.folder, size))
+        with ExitStack() as stack:
+            log = stack.enter_context(RunLog(self.folder, self.comm))
+            log.write(
+                f"{case.title}\n{self.comm.size} ranks, code cache {CACHE_FOLDER}"
+            )
+            self._compile(log)
+            provenance = from_root(self.comm, _provenance)
+            if stored is None:
+                sim = start(case, self.comm)
+                log.write(f"{sim.n_total} particles")
+            else:
+                sim = restored(case, self.comm, *stored)
+                log.write(f"going on from step {sim.step}")
+            history = stack.enter_context(History(self.folder, self.comm, kept))
+            progress = stack.enter_context(
+                Progress(self.comm, case.end_time, self.console, log=log)
+            )
+            recorder = Recorder(
+                sim, self.folder, history, progress, log, provenance, state
+            )
+            if state is not None:
+                self._warn_of_changes(recorder, state, kept)
+            keeper = Keeper(sim, recorder, status, self.guard)
+            return self._step_to_end(sim, recorder, keeper, status)
+
+    def _compile(self, log: RunLog) -> None:
         begin = time.perf_counter()
-        if comm.rank == 0 and not is_compiled():
-            console.print("compiling, once for this version: some 20 s")
-        warm_up(comm)
+        if not is_compiled():
+            self.say("compiling, once for this version: some 20 s")
+        warm_up(self.comm)
         log.write(f"compiled code at hand after {time.perf_counter() - begin:.2f} s")
-        sim = start(case, comm)
-        log.write(f"{sim.n_total} particles")
-        progress = stack.enter_context(Progress(comm, case.end_time, console, log=log))
-        provenance = comm.bcast(_provenance() if comm.rank == 0 else None)
-        recorder = Recorder(sim, folder, history, progress, log, provenance)
+
+    def _warn_of_changes(self, recorder: Recorder, state: RunState, kept: int) -> None:
+        """Say what is no longer as it was when the checkpoint was written."""
+        if state.provenance != recorder.provenance:
+            recorder.warn(
+                "the checkpoint was written by other software (see `provenance` in "
+                "it): the bits may differ from those of one run"
+            )
+        if kept != state.history_bytes:
+            recorder.warn("history.csv is not as it was written: it begins anew")
+
+    def _step_to_end(
+        self, sim: Simulation, recorder: Recorder, keeper: Keeper, status: StatusFile
+    ) -> Result:
+        """Make all steps, write how they ended, and return it."""
+        ending: Ending = "completed"
         failure = None
         try:
-            step_to_end(sim, recorder)
+            step_to_end(sim, recorder, keeper)
         except UnstableError as error:
-            failure = error
-            log.write(str(error))
+            ending, failure = "unstable", error
+            recorder.log.write(str(error))
             recorder.save(sim)
+        except StopRequested as request:
+            text = str(request)
+            status.write("stopped", sim.step, sim.time, text)
+            recorder.log.write(f"stopped at step {sim.step}: {text}")
+            return recorder.conclude(sim, "stopped", None)
         recorder.write_last_row()
-        result = _conclude(sim, recorder, failure)
-        log.write(f"{result.status}: {sim.step} steps in {recorder.wall:.2f} s")
-    on_root(comm, lambda: write_result(folder, result))
-    if case.output.figures:
-        on_root(comm, lambda: _draw(folder))
-    return result
+        result = recorder.conclude(sim, ending, failure)
+        recorder.log.write(f"{ending}: {sim.step} steps in {recorder.wall:.2f} s")
+        on_root(self.comm, lambda: write_result(self.folder, result))
+        if sim.case.output.figures:
+            on_root(self.comm, lambda: _draw(self.folder))
+        reason = failure.reason if failure else None
+        status.write(ending, sim.step, sim.time, reason)
+        if ending == "completed":  # what is unstable may be looked into
+            on_root(self.comm, lambda: _remove_checkpoints(self.folder))
+        return result
+
+
+def _understood(path: Path, checkpoint: Checkpoint, case: Case) -> RunState:
+    """Return the state in a checkpoint, which must be one of this case.
+
+    Raises
+    ------
+    MpisphError
+        If it is of another version or of another case, or holds what cannot be.
+    """
+    try:
+        state = RunState.model_validate_json(checkpoint.state)
+    except ValueError as error:
+        raise MpisphError(f"{path}: written by another version of mpisph") from error
+    if state.case != case.to_toml():
+        raise MpisphError(
+            f"{path}: belongs to another case than {CASE_FILE} beside it; was that "
+            "changed?"
+        )
+    return state
+
+
+def _read_result(folder: Path) -> Result:
+    path = folder / RESULT_FILE
+    try:
+        return read_result(path)
+    except (OSError, ValueError) as error:
+        raise MpisphError(
+            f"{path}: missing or damaged, although the run has ended; --force runs it "
+            "again"
+        ) from error
 
 
 def _draw(folder: Path) -> None:
@@ -219,41 +399,54 @@ def _provenance() -> dict[str, str]:
     return {"revision": git_revision(), **versions()}
 
 
-def _prepare_folder(folder: Path, case: Case) -> None:
-    """Make the folder, clear away an earlier run's files, and write the case."""
-    folder.mkdir(parents=True, exist_ok=True)
+def _clear_away(folder: Path) -> None:
+    """Remove the files of an earlier run."""
     stale = [
         *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*"),
-        *folder.glob("*.part"),
         *(folder / "figures").glob("cloud_*.png"),
         folder / SERIES_FILE,
-        folder / "result.json",
+        folder / RESULT_FILE,
     ]
     for path in stale:
         path.unlink(missing_ok=True)
-    write_text(folder / CASE_FILE, case.to_toml())
+    _remove_checkpoints(folder)
+    _remove_parts(folder)
 
 
-def step_to_end(sim: Simulation, recorder: Recorder) -> None:
-    """Advance a simulation through all output times of its case.
+def _remove_parts(folder: Path) -> None:
+    """Remove what was left of files when a run was killed."""
+    for place in (folder, folder / SNAPSHOTS_FOLDER, folder / CHECKPOINTS_FOLDER):
+        for path in place.glob("*.part"):
+            path.unlink(missing_ok=True)
+
+
+def _remove_checkpoints(folder: Path) -> None:
+    """Remove the folder of checkpoints, which a run that has ended needs no more."""
+    shutil.rmtree(folder / CHECKPOINTS_FOLDER, ignore_errors=True)
+
+
+def step_to_end(sim: Simulation, recorder: Recorder, keeper: Keeper) -> None:
+    """Advance a simulation through all output times of its case that are to come.
 
     Parameters
     ----------
     sim : Simulation
-        At time zero.
     recorder : Recorder
+    keeper : Keeper
 
     Raises
     ------
     UnstableError
         On all ranks, at the step at which the run broke down.
+    StopRequested
+        On all ranks, before the step at which the run was stopped.
     """
     rule = step_rule(sim.case)
-    targets = [0.0, *sim.case.output_times]
-    dt = first_dt = 0.0
+    targets = [0.0, *sim.case.output_times][recorder.snapshots :]
     while True:
-        found = survey(sim)
-        recorder.note(sim, found, dt)
+        found = survey(sim, wish=keeper.wish(sim))
+        keeper.heed(sim, found.wish)
+        recorder.note(sim, found)
         check_stable(sim, found, recorder.errors.energy)
         if sim.time >= targets[0]:
             recorder.save(sim)
@@ -261,8 +454,8 @@ def step_to_end(sim: Simulation, recorder: Recorder) -> None:
             if not targets:
                 return
         allowed = rule.allowed(found.limit)
-        first_dt = first_dt or allowed
-        _check_step(sim, found, allowed, first_dt)
+        sim.first_dt = sim.first_dt or allowed
+        _check_step(sim, found, allowed)
         dt = step_to(targets[0] - sim.time, allowed)
         last = dt == targets[0] - sim.time
         make_step(sim, found, dt)
@@ -307,10 +500,10 @@ def check_stable(sim: Simulation, found: Survey, energy_error: float) -> None:
         raise UnstableError("energy_drift", sim.step, sim.time, None, text)
 
 
-def _check_step(sim: Simulation, found: Survey, dt: float, first: float) -> None:
+def _check_step(sim: Simulation, found: Survey, dt: float) -> None:
     """Raise where the step has collapsed."""
     ratio = sim.case.limits.step_ratio_min
-    if dt < ratio * first:
+    if dt < ratio * sim.first_dt:
         where = describe_particle(sim, found.limited_by)
         text = (
             f"the step has fallen to {dt:.3g} s, below {ratio:g} of the first: {where}"
@@ -331,52 +524,3 @@ def describe_particle(sim: Simulation, who: int) -> str:
         )
     found = [text for text in sim.comm.allgather(mine) if text is not None]
     return found[0] if found else f"particle {who}"
-
-
-def _longest_phases(sim: Simulation) -> dict[str, float]:
-    """Return the time of each phase on the rank that spent most in it; collective."""
-    longest: dict[str, float] = {}
-    for seconds in sim.comm.allgather(sim.phases.seconds):
-        for name, spent in seconds.items():
-            longest[name] = max(longest.get(name, 0.0), spent)
-    return longest
-
-
-def _conclude(
-    sim: Simulation, recorder: Recorder, failure: UnstableError | None
-) -> Result:
-    """Gather what the result holds; collective."""
-    wall = sim.comm.allreduce(recorder.wall, MPI.MAX)
-    interactions = sim.comm.allreduce(sim.interactions, MPI.SUM)
-    phases = _longest_phases(sim)
-    stepping = wall - phases.get("output", 0.0)
-    status: Status = "completed" if failure is None else "unstable"
-    return Result(
-        title=sim.case.title,
-        status=status,
-        reason=failure.reason if failure else None,
-        detail=failure.detail if failure else None,
-        step=sim.step,
-        time=sim.time,
-        particle=failure.particle if failure else None,
-        particles=sim.n_total,
-        clouds=tuple(recorder.clouds),
-        comparisons=make_comparisons(sim.case, recorder.clouds),
-        conservation=Conservation(
-            mass_error=recorder.errors.mass,
-            momentum_z_error=recorder.errors.momentum_z,
-            energy_error_final=recorder.errors.energy,
-            energy_error_max=recorder.energy_error_max,
-        ),
-        timing=Timing(
-            ranks=sim.comm.size,
-            steps=sim.step,
-            wall=wall,
-            step_ms=1e3 * stepping / max(sim.step, 1),
-            interaction_ns=1e9 * stepping * sim.comm.size / max(interactions, 1),
-            phases=phases,
-            first_step=recorder.first_step,
-        ),
-        versions=versions(),
-        revision=recorder.metadata["revision"],
-    )

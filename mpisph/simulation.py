@@ -14,6 +14,7 @@ the cut is moved and particles change their owner.
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from mpi4py import MPI
@@ -63,6 +64,23 @@ MOVE_GAIN = 0.02
 """Share of the largest work of a rank that moving the cut must save."""
 
 
+class Scales(NamedTuple):
+    """Magnitudes of a run, taken at its start.
+
+    Attributes
+    ----------
+    energy : float
+        Specific energy: the largest kinetic one, or that of a hundredth of the bulk
+        sound speed where nothing moves [J/kg].
+    sums : ndarray, shape (4,)
+        Bounds of one particle's terms of the conserved sums. They may be loose: see
+        `collectives.fixed_point_chunks`.
+    """
+
+    energy: float
+    sums: FloatArray
+
+
 @dataclass
 class Simulation:
     """Everything that a step reads or changes.
@@ -75,7 +93,7 @@ class Simulation:
         Owned by this rank.
     n_total : int
         Number of particles on all ranks.
-    scheme, table, lattice, bounds, sum_bounds, cloud
+    scheme, table, lattice, bounds, scales, cloud
         Constants of the run, derived from the case.
     cut : Cut
         Of the domain, one part a rank.
@@ -91,6 +109,10 @@ class Simulation:
         [s].
     step : int
         Steps made.
+    dt : float
+        Length of the last step [s].
+    first_dt : float
+        Length that the limits allowed for the first step [s]; 0 before it.
     interactions : int
         Directed interactions evaluated by this rank.
     next_migration : int
@@ -111,11 +133,13 @@ class Simulation:
     table: MaterialTable
     lattice: Lattice
     bounds: Bounds
-    sum_bounds: FloatArray
+    scales: Scales
     cloud: CloudDefinition
     cut: Cut
     time: float = 0.0
     step: int = 0
+    dt: float = 0.0
+    first_dt: float = 0.0
     interactions: int = 0
     next_migration: int = 0
     next_sort: int = 0
@@ -210,32 +234,80 @@ def start_from(
     """
     keep_freed_memory()
     n_total = initial.id.size
-    scheme = make_scheme(case)
-    energy, sum_bounds = _scales(case, initial)
+    scales = _scales(case, initial)
     cut = _first_cut(case, comm, initial)
     mine = np.flatnonzero(owners(cut, initial.r, initial.z) == comm.rank)
     particles = _initial_particles(initial, mine)
     del initial  # every rank holds all of it
-    sim = Simulation(
-        case=case,
-        comm=comm,
-        particles=particles,
-        n_total=n_total,
-        time=time,
-        scheme=scheme,
-        table=make_table(case),
-        lattice=make_lattice(case.smoothing_length, scheme.kappa),
-        bounds=_bounds(case, energy),
-        sum_bounds=sum_bounds,
-        cloud=cloud_definition(case),
-        cut=cut,
-    )
+    sim = _simulation(case, comm, particles, n_total, cut, scales)
+    sim.time = time
     respond(sim.particles, sim.table, sim.scheme)
     claims = survey(sim, NO_STEP).claims
     evaluate_rates(sim, sim.particles.integrated.copy(), claims, 0.0)
     sim.pace = Pace()  # the first time, compiled code was loaded too
     rebalance(sim, survey(sim).work)  # the neighbours are known only now
     return sim
+
+
+def restore(
+    case: Case,
+    comm: MPI.Intracomm,
+    particles: Particles,
+    n_total: int,
+    scales: Scales,
+) -> Simulation:
+    """Share out particles that are complete, rates included, between two steps.
+
+    Nothing is evaluated: the next step has the bits that it would have had.
+
+    Parameters
+    ----------
+    case : Case
+    comm : MPI.Intracomm
+    particles : Particles
+        Any share of all particles on each rank.
+    n_total : int
+        Their number on all ranks.
+    scales : Scales
+        Those of the run's start.
+
+    Returns
+    -------
+    Simulation
+        At time zero and step zero: those are for the caller to set.
+    """
+    keep_freed_memory()
+    p = particles
+    half = reach(p.h, case.scheme.kappa)
+    work = np.rint(work_of(p.neighbours))
+    cut = fastest_cut(comm, p.r, p.z, half, work, mode=case.parallel.cut)
+    mine = migrate(comm, p, cut)
+    return _simulation(case, comm, mine, n_total, cut, scales)
+
+
+def _simulation(
+    case: Case,
+    comm: MPI.Intracomm,
+    particles: Particles,
+    n_total: int,
+    cut: Cut,
+    scales: Scales,
+) -> Simulation:
+    """Return the simulation of a case with these particles."""
+    scheme = make_scheme(case)
+    return Simulation(
+        case=case,
+        comm=comm,
+        particles=particles,
+        n_total=n_total,
+        scheme=scheme,
+        table=make_table(case),
+        lattice=make_lattice(case.smoothing_length, scheme.kappa),
+        bounds=_bounds(case, scales.energy),
+        scales=scales,
+        cloud=cloud_definition(case),
+        cut=cut,
+    )
 
 
 def _first_cut(case: Case, comm: MPI.Intracomm, initial: InitialParticles) -> Cut:
@@ -254,20 +326,14 @@ def _initial_particles(initial: InitialParticles, mine: np.ndarray) -> Particles
     return p
 
 
-def _scales(case: Case, initial: InitialParticles) -> tuple[float, FloatArray]:
-    """Return the run's specific energy and bounds of one particle's conserved terms.
-
-    The energy is the largest kinetic one at the start, or that of a hundredth of the
-    bulk sound speed where nothing moves. The bounds may be loose: see
-    `collectives.fixed_point_chunks`.
-    """
+def _scales(case: Case, initial: InitialParticles) -> Scales:
     slow = 0.01 * max(entry.material.c0 for entry in case.material_table)
     speed = max(float(np.abs(initial.u_z).max()), slow)
     energy = 0.5 * speed**2
     room = 1e6
     mass = float(initial.m.max())
     terms = np.array([1.0, room * speed, room * energy, room * energy])
-    return energy, mass * terms
+    return Scales(energy, mass * terms)
 
 
 def step_rule(case: Case) -> StepRule:
@@ -287,8 +353,17 @@ def _bounds(case: Case, energy: float) -> Bounds:
     )
 
 
-def survey(sim: Simulation, rule: StepRule | None = None) -> Survey:
-    """Take the survey before a step that follows `rule`, by default the case's."""
+def survey(sim: Simulation, rule: StepRule | None = None, wish: int = 0) -> Survey:
+    """Take the survey before a step.
+
+    Parameters
+    ----------
+    sim : Simulation
+    rule : StepRule, optional
+        Which the step follows; by default the case's.
+    wish : int, optional
+        What this rank asks for (see `guard`).
+    """
     with sim.phases.measure("survey"):
         found = take_survey(
             sim.comm,
@@ -297,9 +372,10 @@ def survey(sim: Simulation, rule: StepRule | None = None) -> Survey:
             sim.scheme,
             rule or step_rule(sim.case),
             sim.bounds,
-            sim.sum_bounds,
+            sim.scales.sums,
             sim.cloud,
             sim.pace.value,
+            wish,
         )
     sim.relative_pace = float(found.paces[sim.comm.rank])
     return found
@@ -369,6 +445,7 @@ def advance(sim: Simulation, dt: float, claims: FloatArray) -> None:
         respond(p, sim.table, sim.scheme)
     sim.time += dt
     sim.step += 1
+    sim.dt = dt
 
 
 def evaluate_rates(

@@ -1,8 +1,8 @@
 """What all ranks must agree on before a step, gathered in one collective.
 
-Every rank sends one record: its step limit, its halo claim, its work, any fault, and
-its part of the conserved sums as integers. Every rank receives all records and draws
-the same conclusions, so no step needs another reduction.
+Every rank sends one record: its step limit, its halo claim, its work, any fault or
+wish, and its part of the conserved sums as integers. Every rank receives all records
+and draws the same conclusions, so no step needs another reduction.
 """
 
 from typing import NamedTuple
@@ -23,7 +23,7 @@ from mpisph.timestep import StepRule, local_limit
 N_SUMS = 5
 """The conserved sums and the mass of the cloud."""
 
-HEAD = 12
+HEAD = 13
 """Numbers of a record before the sums."""
 
 
@@ -46,6 +46,8 @@ class Survey(NamedTuple):
         Fault found (see `stability`).
     fault_id : int
         Smallest id of a particle with that fault.
+    wish : int
+        Largest wish of a rank (see `guard`).
     sums : ndarray, shape (4,)
         Mass [kg], axial momentum [kg m/s], kinetic and internal energy [J].
     cloud_mass : float
@@ -61,6 +63,7 @@ class Survey(NamedTuple):
     paces: FloatArray
     fault: int
     fault_id: int
+    wish: int
     sums: FloatArray
     cloud_mass: float
     extent: FloatArray
@@ -69,7 +72,7 @@ class Survey(NamedTuple):
 def take_survey(
     comm: MPI.Intracomm, p: Particles, table: MaterialTable, scheme: Scheme,
     rule: StepRule, bounds: Bounds, sum_bounds: FloatArray, cloud: CloudDefinition,
-    pace: float = 0.0,
+    pace: float = 0.0, wish: int = 0,
 ) -> Survey:  # fmt: skip
     """Gather the records of all ranks (the step's only collective).
 
@@ -88,6 +91,8 @@ def take_survey(
     cloud : CloudDefinition
     pace : float, optional
         Measured time of a pair on this rank [s], 0 for unknown.
+    wish : int, optional
+        What this rank asks for, such as to stop.
     """
     limit, where = local_limit(p, scheme)
     fault, fault_id = first_fault(p, table, bounds)
@@ -100,7 +105,7 @@ def take_survey(
     record[6] = work_of(p.neighbours).sum()
     record[7:9] = fault, fault_id
     record[9:11] = local_extent(p, cloud)
-    record[11] = pace
+    record[11:13] = pace, wish
     record[HEAD:] = chunks.ravel().view(np.float64)
     records = np.empty((comm.size, record.size))
     comm.Allgather(record, records)
@@ -133,6 +138,7 @@ def _conclude(records: FloatArray, bounds_of_terms: FloatArray) -> Survey:
         paces=paces,
         fault=int(fault),
         fault_id=int(who),
+        wish=int(records[:, 12].max()),
         sums=np.array(sums),
         cloud_mass=float(cloud_mass),
         extent=records[:, 9:11].max(axis=0),

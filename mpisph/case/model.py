@@ -17,6 +17,7 @@ from mpisph.case.checks import (
     find_spacing,
 )
 from mpisph.case.sections import (
+    Checkpoints,
     Limits,
     Measured,
     Output,
@@ -66,6 +67,8 @@ class Case(FrozenModel):
     """Limits beyond which a run counts as unstable."""
     parallel: Parallel = Parallel()
     """How the particles are shared among the ranks."""
+    checkpoints: Checkpoints = Checkpoints()
+    """When a run writes checkpoints."""
     materials: dict[str, Material] = Field(default_factory=dict)
     """Materials by name; a partial one takes the rest from the card of its name."""
 

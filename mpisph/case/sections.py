@@ -22,6 +22,7 @@ from mpisph.materials.quantities import (
 )
 
 __all__ = [
+    "Checkpoints",
     "Exposure",
     "Heat",
     "Limits",
@@ -187,3 +188,12 @@ class Parallel(FrozenModel):
     """Steps between two looks at the load."""
     imbalance_threshold: NonNegative = 0.05
     """Excess of the largest load over the mean that calls for a new cut."""
+
+
+class Checkpoints(FrozenModel):
+    """When a run writes checkpoints, from which it can be resumed."""
+
+    wall_interval: PositiveTime = 600.0
+    """Interval on the clock on the wall."""
+    interval: PositiveTime | None = None
+    """Interval of simulated time; none, if left out."""

@@ -1,0 +1,228 @@
+"""Checkpoints: all that the next step depends on, bit by bit.
+
+A checkpoint is an HDF5 file with every field of every particle in id order, whatever
+the number of ranks, and the state of the run as JSON. Its first 512 bytes, HDF5's user
+block, are a line of text with the file's size and a SHA-256 digest of all that follows:
+a file that was cut short or altered anywhere is recognised before HDF5 reads it.
+"""
+
+import hashlib
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+from mpi4py import MPI
+
+from mpisph.collectives import block_starts, caught, on_root, raise_together
+from mpisph.errors import MpisphError
+from mpisph.particle_file import (
+    Layout,
+    field_column,
+    row_bytes,
+    store_text,
+    stored_text,
+    write_particle_file,
+)
+from mpisph.particles import FIELDS, Particles
+
+CHECKPOINTS_FOLDER = "checkpoints"
+
+KEPT = 2
+"""Number of checkpoints kept: the last, and the one before it."""
+
+FORMAT = 1
+"""Number of the file format."""
+
+_GROUP = "particles"
+_COLUMNS = tuple(field_column(field) for field in FIELDS)
+_HEADER = 512
+# Size of the user block [bytes].
+_CHUNK = 2**23
+# Bytes that are hashed at a time. Chunks are dealt to the ranks.
+
+PARTICLE_BYTES = row_bytes(_COLUMNS)
+"""Size of a particle in a checkpoint [bytes]."""
+
+
+class DamagedError(MpisphError):
+    """A checkpoint that is not what was written."""
+
+
+class Checkpoint(NamedTuple):
+    """What a checkpoint holds.
+
+    Attributes
+    ----------
+    particles : Particles
+        A block of ids, the rank's share of all.
+    n_total : int
+        Number of particles on all ranks.
+    state : str
+        The text that was given.
+    """
+
+    particles: Particles
+    n_total: int
+    state: str
+
+
+def write_checkpoint(
+    comm: MPI.Intracomm,
+    folder: Path,
+    step: int,
+    particles: Particles,
+    n_total: int,
+    state: str,
+) -> Path:
+    """Write ``checkpoints/checkpoint_<step>.h5``, and remove all but the last `KEPT`.
+
+    Parameters
+    ----------
+    comm : MPI.Intracomm
+    folder : Path
+        Folder of the run; it must exist.
+    step : int
+        Steps made.
+    particles : Particles
+        Owned particles in any order; any rank may own none.
+    n_total : int
+        Their number on all ranks; their ids run from 0 to ``n_total - 1``.
+    state : str
+        The run's state; that of rank 0 is written.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    OSError
+        On all ranks, if any rank cannot write. Earlier checkpoints are then unharmed,
+        and no partial file is left.
+    """
+    path = folder / CHECKPOINTS_FOLDER / f"checkpoint_{step:09d}.h5"
+    write_rest = partial(_write_state, comm.bcast(state))
+    layout = Layout("checkpoint", _GROUP, _COLUMNS, write_rest, _HEADER)
+    write_particle_file(
+        comm, path, particles, n_total, layout, seal=partial(_seal, comm)
+    )
+    on_root(comm, lambda: _prune(path))
+    return path
+
+
+def find_checkpoints(folder: Path) -> list[Path]:
+    """Return the checkpoints in the folder of a run, the last one first."""
+    return sorted((folder / CHECKPOINTS_FOLDER).glob("checkpoint_*.h5"), reverse=True)
+
+
+def read_checkpoint(comm: MPI.Intracomm, path: Path) -> Checkpoint:
+    """Check and read a checkpoint, whatever the number of ranks that wrote it.
+
+    Parameters
+    ----------
+    comm : MPI.Intracomm
+    path : Path
+
+    Returns
+    -------
+    Checkpoint
+        With this rank's share of the particles.
+
+    Raises
+    ------
+    DamagedError
+        On all ranks, if the file is not what was written, byte by byte.
+    OSError
+        On all ranks, if it cannot be read.
+    """
+    digest = _digest(comm, path)
+    on_root(comm, lambda: _check_header(path, digest))
+    found: list[Checkpoint] = []
+    raise_together(comm, caught(lambda: found.append(_read_block(comm, path))))
+    return found[0]
+
+
+def set_aside(path: Path) -> Path:
+    """Rename a damaged checkpoint, so that it is not taken for one; call it on rank 0.
+
+    Returns
+    -------
+    Path
+        Its new name.
+    """
+    return path.replace(path.with_name(f"{path.name}.damaged"))
+
+
+def _write_state(state: str, file: h5py.File, _: int) -> None:
+    store_text(file, "state", state)
+
+
+def _seal(comm: MPI.Intracomm, part: Path) -> None:
+    """Write the digest of a finished file into its user block."""
+    digest = _digest(comm, part)
+
+    def write() -> None:
+        header = _header(part, digest)
+        with part.open("r+b") as file:
+            file.write(header)
+
+    on_root(comm, write)
+
+
+def _header(path: Path, digest: str) -> bytes:
+    """Return what the user block of a sound file holds."""
+    size = path.stat().st_size
+    line = f"mpisph checkpoint, format {FORMAT}, {size} bytes, sha256 {digest}\n"
+    return line.encode().ljust(_HEADER, b"\0")
+
+
+def _check_header(path: Path, digest: str) -> None:
+    """Raise where the user block is not that of a file with this digest."""
+    with path.open("rb") as file:
+        header = file.read(_HEADER)
+    if header != _header(path, digest):
+        raise DamagedError(f"{path}: damaged; it is not what was written")
+
+
+def _digest(comm: MPI.Intracomm, path: Path) -> str:
+    """Return the digest of all that follows the user block: of its chunks' digests."""
+    mine: list[bytes] = []
+
+    def hash_chunks() -> None:
+        content = max(path.stat().st_size - _HEADER, 0)
+        starts = block_starts(-(-content // _CHUNK), comm.size)
+        with path.open("rb") as file:
+            file.seek(_HEADER + int(starts[comm.rank]) * _CHUNK)
+            for _ in range(starts[comm.rank], starts[comm.rank + 1]):
+                mine.append(hashlib.sha256(file.read(_CHUNK)).digest())
+
+    raise_together(comm, caught(hash_chunks))
+    parts = comm.allgather(b"".join(mine))
+    return hashlib.sha256(b"".join(parts)).hexdigest()
+
+
+def _read_block(comm: MPI.Intracomm, path: Path) -> Checkpoint:
+    """Read this rank's share of the rows."""
+    try:
+        with h5py.File(path, "r") as file:
+            state = stored_text(file, "state")
+            group = file[_GROUP]
+            n_total = int(group["id"].shape[0])
+            first, end = block_starts(n_total, comm.size)[comm.rank : comm.rank + 2]
+            particles = Particles.zeros(int(end - first))
+            for column in _COLUMNS:
+                getattr(particles, column.name)[:] = group[column.name][first:end]
+    except (KeyError, ValueError, TypeError) as error:
+        raise MpisphError(f"{path}: written by another version of mpisph") from error
+    if not np.array_equal(particles.id, np.arange(first, end)):
+        raise MpisphError(f"{path}: its particles are not in the order of their ids")
+    return Checkpoint(particles, n_total, state)
+
+
+def _prune(newest: Path) -> None:
+    """Remove all but the last checkpoints."""
+    for path in find_checkpoints(newest.parents[1])[KEPT:]:
+        path.unlink()

@@ -1,0 +1,280 @@
+"""HDF5 files with one row per particle, the same for any number of ranks.
+
+Rows are in id order, in whole columns. A file is written aside, brought to the disk and
+renamed, so that what bears its name is complete.
+"""
+
+import os
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+from mpi4py import MPI
+
+from mpisph.collectives import (
+    by_id_blocks,
+    caught,
+    gather_all,
+    on_root,
+    raise_together,
+)
+from mpisph.files import replace_file
+from mpisph.particles import Field, Particles
+
+Writer = Literal["auto", "parallel", "gather"]
+
+_RESERVE = 2**20
+# Room for what a file holds besides columns [bytes].
+
+
+class Block(NamedTuple):
+    """The particles that one process writes, from row `offset` of `n_total`."""
+
+    particles: Particles
+    offset: int
+    n_total: int
+
+
+class Column(NamedTuple):
+    """One dataset with a row per particle.
+
+    Attributes
+    ----------
+    name : str
+        Below the layout's group.
+    dtype : str
+    width : int
+        Numbers in a row.
+    symbol, unit, meaning : str
+        Its attributes in the file.
+    rows : callable
+        Returns a block's rows.
+    """
+
+    name: str
+    dtype: str
+    width: int
+    symbol: str
+    unit: str
+    meaning: str
+    rows: Callable[[Block], npt.NDArray[Any]]
+
+
+class Layout(NamedTuple):
+    """What a kind of file holds.
+
+    Attributes
+    ----------
+    what : str
+        Name of the kind, for people.
+    group : str
+        Group of the columns.
+    columns : sequence of Column
+    write_rest : callable
+        Writes everything but the columns into the open file, given the number of
+        rows. All ranks write the same.
+    user_block : int, optional
+        Bytes that HDF5 leaves alone at the beginning: 0, or a power of two from 512 on.
+    """
+
+    what: str
+    group: str
+    columns: Sequence[Column]
+    write_rest: Callable[[h5py.File, int], None]
+    user_block: int = 0
+
+
+def write_particle_file(
+    comm: MPI.Intracomm,
+    path: Path,
+    particles: Particles,
+    n_total: int,
+    layout: Layout,
+    *,
+    writer: Writer = "auto",
+    seal: Callable[[Path], None] | None = None,
+) -> None:
+    """Write the particles of all ranks into one file.
+
+    Parameters
+    ----------
+    comm : MPI.Intracomm
+    path : Path
+        The file gets this name only when it is complete and on the disk. Its folder is
+        made where missing, but not the folder above.
+    particles : Particles
+        Owned particles in any order; any rank may own none.
+    n_total : int
+        Ids run from 0 to ``n_total - 1``.
+    layout : Layout
+    writer : {"auto", "parallel", "gather"}, optional
+        ``parallel`` writes from all ranks at once and needs an h5py built for
+        MPI; ``gather`` sends everything to rank 0 first; ``auto`` picks.
+    seal : callable, optional
+        Called on all ranks with the closed file, before it is renamed.
+
+    Raises
+    ------
+    OSError
+        On all ranks, if any rank cannot write. No partial file is left.
+    ValueError
+        On all ranks, if an id lies outside its range, or if `writer` is
+        ``parallel`` and h5py was built without MPI.
+    """
+    part = path.with_suffix(".part")
+    write = _write_parallel if _is_parallel(writer) else _write_gathered
+    mine = by_id_blocks(comm, particles, n_total)
+    on_root(comm, lambda: _prepare(part, n_total, layout))
+    try:
+        write(comm, part, mine, layout)
+        if seal is not None:
+            seal(part)
+        on_root(comm, lambda: replace_file(part, path))
+    except OSError:
+        if comm.rank == 0:
+            part.unlink(missing_ok=True)
+        raise
+
+
+def row_bytes(columns: Sequence[Column]) -> int:
+    """Return the size of a particle in a file of these columns [bytes]."""
+    return sum(np.dtype(column.dtype).itemsize * column.width for column in columns)
+
+
+def field_column(field: Field) -> Column:
+    """Return the column of a scalar field."""
+    return Column(
+        field.name,
+        "i8" if field.role == "label" else "f8",
+        1,
+        field.symbol,
+        field.unit,
+        field.meaning,
+        lambda block: getattr(block.particles, field.name),
+    )
+
+
+def store_text(group: h5py.Group, name: str, text: str) -> None:
+    """Store a text of any length; an attribute would hold 64 kB."""
+    content = text.encode("utf-8")
+    kind = h5py.string_dtype("utf-8", max(len(content), 1))
+    group.create_dataset(name, data=np.array(content, kind), dtype=kind)
+
+
+def stored_text(group: h5py.Group, name: str) -> str:
+    """Return a text that `store_text` stored."""
+    return bytes(group[name][()]).decode("utf-8")
+
+
+def _prepare(part: Path, n_total: int, layout: Layout) -> None:
+    """Make the folder, and fail early where the file cannot be written.
+
+    HDF5 crashes on closing a file whose disk is full, so all of the room is
+    asked for beforehand. It is free again when HDF5 opens the file.
+    """
+    needed = row_bytes(layout.columns) * n_total + _RESERVE
+    part.parent.mkdir(exist_ok=True)
+    part.unlink(missing_ok=True)  # a link there would lead to another file
+    with part.open("xb") as file:
+        try:
+            os.posix_fallocate(file.fileno(), 0, needed)
+        except OSError as error:
+            part.unlink()
+            msg = f"{error.strerror} for a {layout.what} of {needed} bytes"
+            raise OSError(error.errno, msg, str(part.parent)) from error
+
+
+def _is_parallel(writer: Writer) -> bool:
+    built_for_mpi = bool(h5py.get_config().mpi)
+    if writer == "parallel" and not built_for_mpi:
+        msg = "writer = 'parallel': this h5py was built without MPI; use 'gather'"
+        raise ValueError(msg)
+    return built_for_mpi and writer != "gather"
+
+
+def _write_parallel(
+    comm: MPI.Intracomm, part: Path, mine: Particles, layout: Layout
+) -> None:
+    """Write blocks of ids from all ranks at once."""
+    block = Block(mine, comm.scan(mine.n) - mine.n, comm.allreduce(mine.n))
+    transfer = h5py.h5p.create(h5py.h5p.DATASET_XFER)
+    transfer.set_dxpl_mpio(h5py.h5fd.MPIO_COLLECTIVE)
+    size = layout.user_block or None
+
+    def write() -> None:
+        with h5py.File(
+            part, "w", driver="mpio", comm=comm, userblock_size=size
+        ) as file:
+            _write_file(file, block, transfer, layout)
+
+    raise_together(comm, caught(write))
+
+
+def _write_gathered(
+    comm: MPI.Intracomm, part: Path, mine: Particles, layout: Layout
+) -> None:
+    """Send everything to rank 0 and write there."""
+    everything = gather_all(comm, mine)
+    transfer = h5py.h5p.create(h5py.h5p.DATASET_XFER)
+    size = layout.user_block or None
+
+    def write() -> None:
+        assert everything is not None, "on_root calls this on rank 0 only"
+        block = Block(everything, 0, everything.n)
+        with h5py.File(part, "w", userblock_size=size) as file:
+            _write_file(file, block, transfer, layout)
+
+    on_root(comm, write)
+
+
+def _write_file(
+    file: h5py.File, block: Block, transfer: h5py.h5p.PropDXID, layout: Layout
+) -> None:
+    """Write everything, and go on after an error so that no rank waits.
+
+    A rank that left at its first error would leave the others in the next
+    collective write.
+
+    Raises
+    ------
+    OSError
+        The first error this rank met.
+    """
+    layout.write_rest(file, block.n_total)
+    group = file.require_group(layout.group)
+    errors = [
+        caught(partial(_write_column, group, column, block, transfer))
+        for column in layout.columns
+    ]
+    for error in filter(None, errors):
+        raise error
+
+
+def _write_column(
+    group: h5py.Group, column: Column, block: Block, transfer: h5py.h5p.PropDXID
+) -> None:
+    """Create a dataset and write this process's rows of it."""
+    tail = () if column.width == 1 else (column.width,)
+    dataset = group.create_dataset(
+        column.name, (block.n_total, *tail), column.dtype, fill_time="never"
+    )
+    dataset.attrs["symbol"] = column.symbol
+    dataset.attrs["unit"] = column.unit
+    dataset.attrs["meaning"] = column.meaning
+    if block.n_total == 0:
+        return
+    n = block.particles.n
+    in_file = dataset.id.get_space()
+    in_memory = h5py.h5s.create_simple((n, *tail))
+    if n:
+        in_file.select_hyperslab((block.offset, *(0 for _ in tail)), (n, *tail))
+    else:
+        # h5py's own slicing deadlocks on an empty collective selection.
+        in_file.select_none()
+        in_memory.select_none()
+    rows = np.ascontiguousarray(column.rows(block), column.dtype)
+    dataset.id.write(in_memory, in_file, rows, dxpl=transfer)

@@ -1,0 +1,300 @@
+"""Runs that are killed, stopped or short of room: nothing is lost."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from launch import CASES, MPISPH, environment, launch
+
+from mpisph.checkpoint import find_checkpoints
+from mpisph.snapshot import read_series, read_snapshot
+
+SHOT = CASES / "piekutowski-4-1353.toml"
+
+# Much output for few steps, so that a kill at random often meets a file being written.
+SETTINGS = (
+    "resolution.npr=5",
+    "time.end=3us",
+    "output.every=0.1us",
+    "output.figures=false",
+    "checkpoints.interval=0.03us",
+)
+OPTIONS = [word for text in SETTINGS for word in ("--set", text)]
+RUN = ("run", SHOT, *OPTIONS, "-o")
+
+
+@pytest.fixture(scope="session")
+def uninterrupted(tmp_path_factory):
+    """The folder of the run that nothing has interrupted."""
+    folder = tmp_path_factory.mktemp("runs") / "uninterrupted"
+    done = launch(2, MPISPH, *RUN, folder)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def outcome(folder):
+    """All that a finished run has computed, bit by bit."""
+    lines = (folder / "history.csv").read_text().splitlines()
+    result = json.loads((folder / "result.json").read_text())
+    snapshots = sorted((folder / "snapshots").iterdir())
+    return {
+        # Imbalance and wall time are of the machine.
+        "history": [line.split(",")[:11] for line in lines],
+        "series": (folder / "snapshots.vtkhdf.series").read_bytes(),
+        "snapshots": {p.name: p.read_bytes() for p in snapshots},
+        "clouds": result["clouds"],
+        "comparisons": result["comparisons"],
+        "conservation": result["conservation"],
+        "step": result["step"],
+    }
+
+
+def assert_same(folder, uninterrupted):
+    got, want = outcome(folder), outcome(uninterrupted)
+    for name in want:
+        assert got[name] == want[name], name
+    left = {path.name for path in folder.rglob("*")}
+    assert left == {path.name for path in uninterrupted.rglob("*")}
+
+
+def status(folder):
+    return json.loads((folder / "status.json").read_text())
+
+
+def begin(ranks, *arguments):
+    """Start mpisph under mpirun and return the process of mpirun."""
+    return subprocess.Popen(
+        ["mpirun", "--quiet", "-n", str(ranks), MPISPH, *map(str, arguments)],
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def ranks_of(launcher):
+    """The processes of the ranks below a launcher, by their rank."""
+    children = Path(f"/proc/{launcher.pid}/task/{launcher.pid}/children").read_text()
+    found = {}
+    for pid in map(int, children.split()):
+        try:
+            variables = Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
+        except OSError:
+            continue
+        for variable in variables:
+            if variable.startswith(b"OMPI_COMM_WORLD_RANK="):
+                found[int(variable.partition(b"=")[2])] = pid
+    return found
+
+
+def wait_until(condition, timeout=30.0):
+    """Wait for a condition and return how long that took."""
+    start = time.monotonic()
+    while not condition():
+        assert time.monotonic() - start < timeout, "waited in vain"
+        time.sleep(0.01)
+    return time.monotonic() - start
+
+
+def gone(pids):
+    return not any(Path(f"/proc/{pid}").exists() for pid in pids)
+
+
+def begin_and_wait(folder, ranks, *arguments, checkpoints=1):
+    """Start a run, and return once it has written some checkpoints."""
+    launcher = begin(ranks, *arguments)
+    wait_until(
+        lambda: (
+            len(find_checkpoints(folder)) >= checkpoints or launcher.poll() is not None
+        )
+    )
+    assert launcher.poll() is None, launcher.communicate()[1]
+    return launcher
+
+
+@pytest.mark.parametrize(("victim", "seed"), [("mpirun", 1), ("rank", 2), ("rank", 3)])
+def test_killed_at_random_and_resumed_until_done(victim, seed, tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    rng = random.Random(seed)
+    launcher = begin(2, *RUN, folder)
+    for _ in range(4):
+        time.sleep(0.7 + rng.uniform(0.0, 1.5))
+        pids = ranks_of(launcher)
+        doomed = launcher.pid if victim == "mpirun" else rng.choice(list(pids.values()))
+        os.kill(doomed, signal.SIGKILL)
+        assert wait_until(lambda pids=pids: gone(pids.values())) < 5.0
+        assert launcher.wait() != 0
+        launcher.communicate()
+        for path, _ in read_series(folder):
+            read_snapshot(path)
+        launcher = begin(rng.choice([1, 2, 3]), "resume", folder)
+    out, err = launcher.communicate(timeout=60)
+    assert launcher.returncode == 0, err
+    assert "completed: " in out
+    assert_same(folder, uninterrupted)
+
+
+@pytest.mark.parametrize("stop", ["SIGTERM", "SIGUSR1", "SIGINT", "file", "walltime"])
+def test_stopped_and_resumed(stop, tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    limit = ("--walltime", "3s") if stop == "walltime" else ()
+    launcher = begin_and_wait(folder, 2, *RUN, folder, *limit)
+    if stop == "file":
+        (folder / "stop").touch()
+    elif stop != "walltime":
+        # To a rank alone: all must agree. (Of mpirun itself, SIGTERM would end it.)
+        os.kill(ranks_of(launcher)[1], getattr(signal, stop))
+    _, err = launcher.communicate(timeout=30)
+    assert launcher.returncode == 75, err
+    assert f"`mpisph resume {folder}` goes on" in err
+    reason = {"file": "file stop", "walltime": "wall-time limit"}
+    now = status(folder)
+    assert now["state"] == "stopped"
+    assert now["reason"] == reason.get(stop, f"signal {stop}")
+    assert find_checkpoints(folder)[0].stem == f"checkpoint_{now['step']:09d}"
+    if stop == "file":  # it keeps the run from going on
+        assert launch(2, MPISPH, "resume", folder).returncode == 75
+        assert status(folder)["step"] == now["step"]
+        (folder / "stop").unlink()
+    # The same command as at first goes on.
+    done = launch(3, MPISPH, *RUN, folder)
+    assert done.returncode == 0, done.stderr
+    assert "going on from checkpoint_" in done.stderr
+    assert_same(folder, uninterrupted)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1])
+def test_a_signal_to_the_launcher_stops_the_run(number, tmp_path):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, 2, *RUN, folder)
+    launcher.send_signal(number)
+    launcher.communicate(timeout=30)
+    # Open MPI's launcher, told to end, returns 1 whatever its ranks return.
+    assert launcher.returncode == (75 if number == signal.SIGUSR1 else 1)
+    assert status(folder)["state"] == "stopped"
+
+
+@pytest.mark.parametrize("ranks", [(1, 3), (4, 2)])
+def test_resumed_on_another_number_of_ranks(ranks, tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, ranks[0], *RUN, folder)
+    os.kill(ranks_of(launcher)[0], signal.SIGUSR1)
+    launcher.communicate(timeout=30)
+    assert launcher.returncode == 75
+    done = launch(ranks[1], MPISPH, "resume", folder)
+    assert done.returncode == 0, done.stderr
+    assert status(folder)["starts"] == 2
+    assert_same(folder, uninterrupted)
+
+
+def test_a_killed_rank_ends_all_with_one_message(tmp_path):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, 3, *RUN, folder)
+    pids = ranks_of(launcher)
+    os.kill(pids[1], signal.SIGKILL)
+    assert wait_until(lambda: gone(pids.values())) < 5.0
+    _, err = launcher.communicate(timeout=5)
+    assert launcher.returncode not in (0, 2, 3, 75)
+    assert err.count("mpisph: ") == 1
+    assert f"mpisph: rank 1 of 3 has died (process {pids[1]} on" in err
+    assert "Traceback" not in err
+    now = status(folder)
+    assert now["state"] == "failed"
+    assert now["reason"].startswith("rank 1 of 3 has died")
+
+
+def test_a_damaged_checkpoint_is_left_for_the_one_before(tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, 2, *RUN, folder, checkpoints=2)
+    os.kill(ranks_of(launcher)[0], signal.SIGUSR1)
+    launcher.communicate(timeout=30)
+    last, before = find_checkpoints(folder)
+    content = bytearray(last.read_bytes())
+    content[len(content) // 2] ^= 1
+    last.write_bytes(content)
+    done = launch(2, MPISPH, "resume", folder)
+    assert done.returncode == 0, done.stderr
+    assert f"{last}: damaged" in done.stderr
+    assert f"going on from {before.name}" in done.stderr
+    assert_same(folder, uninterrupted)
+
+
+def test_without_a_sound_checkpoint_a_run_begins_again(tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, 2, *RUN, folder, checkpoints=2)
+    os.kill(ranks_of(launcher)[0], signal.SIGUSR1)
+    launcher.communicate(timeout=30)
+    for path in find_checkpoints(folder):
+        path.write_bytes(path.read_bytes()[:-1])
+    done = launch(2, MPISPH, "resume", folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count(": damaged") == 2
+    assert "starting from the beginning" in done.stderr
+    assert_same(folder, uninterrupted)
+
+
+def test_a_finished_run_is_not_repeated(tmp_path, uninterrupted):
+    before = {p: p.stat().st_mtime_ns for p in uninterrupted.rglob("*")}
+    for command in (RUN, ("resume",)):
+        done = launch(2, MPISPH, *command, uninterrupted)
+        assert done.returncode == 0
+        assert done.stderr.count("holds a run that is completed") == 1
+        assert "completed: " in done.stdout
+    lock = uninterrupted / ".lock"
+    after = {p: p.stat().st_mtime_ns for p in uninterrupted.rglob("*")}
+    assert {**after, lock: 0} == {**before, lock: 0}
+
+
+def test_force_starts_anew(tmp_path):
+    short = ("run", SHOT, *OPTIONS, "--set", "time.end=0.3us", "-o", tmp_path / "run")
+    assert launch(1, MPISPH, *short).returncode == 0
+    (tmp_path / "run/snapshots/snapshot_00077.vtkhdf").touch()
+    coarser = (*short, "--set", "resolution.npr=4")
+    done = launch(1, MPISPH, *coarser)
+    assert done.returncode == 2
+    assert "run of another case (resolution.npr: 5, now 4)" in done.stderr
+    done = launch(1, MPISPH, *coarser, "--force")
+    assert done.returncode == 0, done.stderr
+    assert status(tmp_path / "run")["starts"] == 1
+    assert len(list((tmp_path / "run/snapshots").iterdir())) == 4
+
+
+def test_the_second_run_in_a_folder_is_refused(tmp_path):
+    folder = tmp_path / "run"
+    first = begin_and_wait(folder, 2, *RUN, folder)
+    os.kill(ranks_of(first)[0], signal.SIGSTOP)  # it must not end meanwhile
+    try:
+        for command in (("resume", folder), (*RUN, folder, "--force")):
+            second = launch(1, MPISPH, *command)
+            assert second.returncode == 1
+            assert second.stderr.count("another run is at work here, process ") == 1
+    finally:
+        os.kill(ranks_of(first)[0], signal.SIGCONT)
+    first.communicate(timeout=60)
+    assert first.returncode == 0
+
+
+def test_a_folder_that_vanishes_is_an_error(tmp_path):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, 2, *RUN, folder)
+    folder.rename(tmp_path / "elsewhere")
+    _, err = launcher.communicate(timeout=30)
+    assert launcher.returncode == 1
+    assert err.count("mpisph: ") == 1
+    assert "No such file or directory" in err
+    assert str(folder) in err
+    assert not folder.exists()
+    for path, _ in read_series(tmp_path / "elsewhere"):
+        read_snapshot(path)
+
+
+def test_too_short_a_wall_time_is_an_error(tmp_path):
+    done = launch(1, MPISPH, *RUN, tmp_path / "run", "--walltime", "1s")
+    assert done.returncode == 1
+    assert "the wall-time limit leaves no time for a step" in done.stderr
+    assert status(tmp_path / "run")["state"] == "failed"
