@@ -1,5 +1,22 @@
-"""``python -m mpisph`` does what ``mpisph`` does."""
+"""The program: ``mpisph``, or ``python -m mpisph``."""
 
-from mpisph.cli import main
+import sys
+import warnings
 
-main()
+
+def main() -> None:
+    """Run the command line, or say that there is no MPI to run it with."""
+    # mpisph says the same, once and for people: see `launcher`.
+    warnings.filterwarnings("ignore", "suspicious MPI execution environment")
+    try:
+        from mpi4py import MPI  # noqa: F401  it loads the library
+    except (ImportError, RuntimeError) as error:
+        reason = str(error).strip().replace("\n", "; ")
+        sys.exit(f"mpisph: no MPI library could be loaded: {reason}")
+    from mpisph import cli
+
+    cli.main()
+
+
+if __name__ == "__main__":
+    main()

@@ -223,6 +223,7 @@ def _read_block(comm: MPI.Intracomm, path: Path) -> Checkpoint:
 
 
 def _prune(newest: Path) -> None:
-    """Remove all but the last checkpoints."""
-    for path in find_checkpoints(newest.parents[1])[KEPT:]:
+    """Remove all but the newest checkpoint and the last ones before it."""
+    earlier = [path for path in find_checkpoints(newest.parents[1]) if path < newest]
+    for path in earlier[KEPT - 1 :]:
         path.unlink()

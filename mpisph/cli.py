@@ -26,8 +26,10 @@ from mpisph.errors import CaseError, CollectiveError, MpisphError
 from mpisph.estimate import estimate
 from mpisph.guard import Guard
 from mpisph.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
+from mpisph.launcher import launch_of, mismatch
 from mpisph.materials.quantities import si_value
 from mpisph.progress import open_console
+from mpisph.provenance import versions
 
 BAD_INPUT = 2
 UNSTABLE = 3
@@ -492,6 +494,10 @@ def main() -> NoReturn:
     guard = Guard()
     sys.excepthook = guard.end_all_ranks
     first = MPI.COMM_WORLD.rank == 0
+    launch = launch_of(os.environ)
+    text = mismatch(launch, MPI.COMM_WORLD.size, versions()["mpi"])
+    if text is not None:
+        sys.exit(f"mpisph: {text}" if launch and launch.rank == 0 else 1)
     if not first:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")
     sys.exit(_run(guard, first))

@@ -1,7 +1,78 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all, and files that grow line by line."""
 
 import os
 from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+
+class LineFile:
+    """A text file to which whole lines are added, to be followed while it grows.
+
+    Parameters
+    ----------
+    path : Path or None
+        None for a rank that writes nothing.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be opened.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
+        self._descriptor = -1
+        if path is not None:
+            flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
+            self._descriptor = os.open(path, flags, 0o666)
+
+    def __enter__(self) -> Self:
+        """Return the file itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Close the file."""
+        self.close()
+
+    def write(self, text: str) -> None:
+        """Add a text that ends with the end of a line.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written; the error names the file.
+        """
+        rest = text.encode("utf-8")
+        try:
+            while self._path is not None and rest:
+                rest = rest[os.write(self._descriptor, rest) :]
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self._path)) from error
+
+    def save(self) -> int:
+        """Bring all lines to the disk and return their size [bytes]; 0 without a file.
+
+        Raises
+        ------
+        OSError
+            If they cannot be brought there.
+        """
+        if self._path is None:
+            return 0
+        os.fsync(self._descriptor)
+        return os.fstat(self._descriptor).st_size
+
+    def close(self) -> None:
+        """Close the file; a second call does nothing."""
+        if self._path is not None:
+            os.close(self._descriptor)
+            self._path = None
 
 
 def replace_file(part: Path, path: Path) -> None:

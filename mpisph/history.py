@@ -4,14 +4,13 @@ import csv
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 
-from mpisph.files import write_text
+from mpisph.files import LineFile, write_text
 
 HISTORY_FILE = "history.csv"
 
@@ -81,7 +80,7 @@ HEADER = tuple(
 _INTEGERS = frozenset({"step"})
 
 
-class History:
+class History(LineFile):
     """Writes ``history.csv``, on rank 0 alone; other ranks do nothing.
 
     Nothing here is collective. An error is raised on rank 0 only.
@@ -102,47 +101,16 @@ class History:
     """
 
     def __init__(self, folder: Path, comm: MPI.Intracomm, kept: int = 0) -> None:
-        self._file = None
-        if comm.rank != 0:
-            return
-        path = folder / HISTORY_FILE
-        if kept > 0:
+        path = folder / HISTORY_FILE if comm.rank == 0 else None
+        if path is not None and kept > 0:
             os.truncate(path, kept)
-        else:
+        elif path is not None:
             write_text(path, _line(HEADER))
-        # Whole lines reach the system at once, to be followed while it runs.
-        self._file = path.open("a", encoding="utf-8", buffering=1)
+        super().__init__(path)
 
-    def __enter__(self) -> Self:
-        """Return the history itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        """Close the file."""
-        self.close()
-
-    def write(self, row: HistoryRow) -> None:
+    def add(self, row: HistoryRow) -> None:
         """Write one line; numbers keep all of their digits."""
-        if self._file is not None:
-            self._file.write(_line(tuple(map(_text, HistoryRow._fields, row))))
-
-    def save(self) -> int:
-        """Bring all lines to the disk and return their size [bytes]; 0 elsewhere."""
-        if self._file is None:
-            return 0
-        os.fsync(self._file.fileno())
-        return os.fstat(self._file.fileno()).st_size
-
-    def close(self) -> None:
-        """Close the file; a second call does nothing."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        self.write(_line(tuple(map(_text, HistoryRow._fields, row))))
 
 
 def kept_history(folder: Path, size: int) -> int:

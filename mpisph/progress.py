@@ -13,6 +13,8 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskProgressColumn, TextColumn
 from rich.progress import Progress as RichProgress
 
+from mpisph.files import LineFile
+
 LOG_FILE = "log.txt"
 
 _LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "SLURM_PROCID")
@@ -53,7 +55,7 @@ def _is_terminal_of_parent(descriptor: int) -> bool:
     return target.startswith(("/dev/pts/", "/dev/tty"))
 
 
-class RunLog:
+class RunLog(LineFile):
     """Adds lines to ``log.txt``, on rank 0 alone; other ranks do nothing.
 
     Parameters
@@ -69,33 +71,11 @@ class RunLog:
     """
 
     def __init__(self, folder: Path, comm: MPI.Intracomm) -> None:
-        self._file = None
-        if comm.rank == 0:
-            self._file = (folder / LOG_FILE).open("a", encoding="utf-8", buffering=1)
+        super().__init__(folder / LOG_FILE if comm.rank == 0 else None)
 
-    def __enter__(self) -> Self:
-        """Return the log itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        """Close the file."""
-        self.close()
-
-    def write(self, text: str) -> None:
+    def say(self, text: str) -> None:
         """Write one or more lines to the log."""
-        if self._file is not None:
-            self._file.write(text.rstrip("\n") + "\n")
-
-    def close(self) -> None:
-        """Close the file; a second call does nothing."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        self.write(text.rstrip("\n") + "\n")
 
 
 class _State(NamedTuple):
@@ -203,7 +183,7 @@ class Progress:
         if self._active:
             _print_plain(self._console, text)
         if self._log is not None:
-            self._log.write(text)
+            self._log.say(text)
 
     def _say(self, state: _State) -> None:
         """Write a plain line to the console, unless it has a bar, and to the log."""
@@ -212,7 +192,7 @@ class Progress:
         if self._bar is None:
             _print_plain(self._console, line)
         if self._log is not None:
-            self._log.write(line)
+            self._log.say(line)
 
     def _describe(self, state: _State) -> str:
         return (

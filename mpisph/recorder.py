@@ -139,7 +139,7 @@ class Recorder:
     def write_last_row(self) -> None:
         """Write the last step's line of the history, unless it has been written."""
         if self.last_row is not None:
-            self.history.write(self.last_row)
+            self.history.add(self.last_row)
             self.last_row = None
 
     def _row(self, sim: Simulation, found: Survey) -> HistoryRow:
@@ -178,7 +178,7 @@ class Recorder:
             measure = measure_cloud(sim.comm, sim.particles, sim.cloud)
         if sim.time in sim.case.output_times:
             self.clouds.append(CloudRecord.of(sim.time, measure))
-        self.log.write(
+        self.log.say(
             f"{path.name}: t = {sim.time * 1e6:.4f} us, step {sim.step}, "
             f"R_b = {measure.radius * 1e3:.2f} mm, L_b = {measure.length * 1e3:.2f} mm"
         )
@@ -191,7 +191,7 @@ class Recorder:
                 sim.comm, self.folder, sim.step, sim.particles, sim.n_total, state
             )
         size = path.stat().st_size / 1e6
-        self.log.write(f"{path.name}: {size:.2f} MB in {watch.spent:.3f} s")
+        self.log.say(f"{path.name}: {size:.2f} MB in {watch.spent:.3f} s")
 
     def warn(self, text: str) -> None:
         """Tell people of something that the run can do with."""

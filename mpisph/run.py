@@ -27,8 +27,13 @@ from mpisph.checkpoint import (
 )
 from mpisph.collectives import from_root, on_root
 from mpisph.compiled import warm_up
-from mpisph.decomposition import imbalance
-from mpisph.errors import CaseError, MpisphError, Problem, UnstableError
+from mpisph.errors import (
+    CaseError,
+    CollectiveError,
+    MpisphError,
+    Problem,
+    UnstableError,
+)
 from mpisph.files import write_text
 from mpisph.guard import Guard
 from mpisph.history import History, kept_history
@@ -39,18 +44,12 @@ from mpisph.progress import Progress, RunLog, open_console
 from mpisph.provenance import git_revision, versions
 from mpisph.recorder import Recorder, RunState, restored
 from mpisph.result import RESULT_FILE, Ending, Result, read_result, write_result
-from mpisph.simulation import Simulation, advance, rebalance, start, step_rule, survey
+from mpisph.simulation import Simulation, start
 from mpisph.snapshot import SERIES_FILE, SNAPSHOTS_FOLDER
-from mpisph.stability import REASONS, STABLE
 from mpisph.status import FINAL, STATUS_FILE, Status, StatusFile, read_status
-from mpisph.survey import Survey
-from mpisph.timestep import step_to
+from mpisph.stepping import step_to_end
 
 CASE_FILE = "case.toml"
-
-URGENT = 0.1
-"""Imbalance that calls for a look at the load at once: in the first steps, when matter
-is set in motion fastest."""
 
 SHOWN_DIFFERENCES = 5
 """How many differences between two cases are named."""
@@ -273,7 +272,7 @@ class _Session:
         with self.guard.working_in(self.folder, status.fail):
             try:
                 return self._run(case, status, stored)
-            except (MpisphError, OSError) as error:
+            except (MpisphError, CollectiveError) as error:
                 # What one rank alone meets is for `Guard.end_all_ranks`.
                 if self.comm.rank == 0:
                     status.fail(str(error))
@@ -287,17 +286,15 @@ class _Session:
             kept = from_root(self.comm, lambda: kept_history(self.folder, size))
         with ExitStack() as stack:
             log = stack.enter_context(RunLog(self.folder, self.comm))
-            log.write(
-                f"{case.title}\n{self.comm.size} ranks, code cache {CACHE_FOLDER}"
-            )
+            log.say(f"{case.title}\n{self.comm.size} ranks, code cache {CACHE_FOLDER}")
             self._compile(log)
             provenance = from_root(self.comm, _provenance)
             if stored is None:
                 sim = start(case, self.comm)
-                log.write(f"{sim.n_total} particles")
+                log.say(f"{sim.n_total} particles")
             else:
                 sim = restored(case, self.comm, *stored)
-                log.write(f"going on from step {sim.step}")
+                log.say(f"going on from step {sim.step}")
             history = stack.enter_context(History(self.folder, self.comm, kept))
             progress = stack.enter_context(
                 Progress(self.comm, case.end_time, self.console, log=log)
@@ -315,7 +312,7 @@ class _Session:
         if not is_compiled():
             self.say("compiling, once for this version: some 20 s")
         warm_up(self.comm)
-        log.write(f"compiled code at hand after {time.perf_counter() - begin:.2f} s")
+        log.say(f"compiled code at hand after {time.perf_counter() - begin:.2f} s")
 
     def _warn_of_changes(self, recorder: Recorder, state: RunState, kept: int) -> None:
         """Say what is no longer as it was when the checkpoint was written."""
@@ -337,16 +334,16 @@ class _Session:
             step_to_end(sim, recorder, keeper)
         except UnstableError as error:
             ending, failure = "unstable", error
-            recorder.log.write(str(error))
+            recorder.log.say(str(error))
             recorder.save(sim)
         except StopRequested as request:
             text = str(request)
             status.write("stopped", sim.step, sim.time, text)
-            recorder.log.write(f"stopped at step {sim.step}: {text}")
+            recorder.log.say(f"stopped at step {sim.step}: {text}")
             return recorder.conclude(sim, "stopped", None)
         recorder.write_last_row()
         result = recorder.conclude(sim, ending, failure)
-        recorder.log.write(f"{ending}: {sim.step} steps in {recorder.wall:.2f} s")
+        recorder.log.say(f"{ending}: {sim.step} steps in {recorder.wall:.2f} s")
         on_root(self.comm, lambda: write_result(self.folder, result))
         if sim.case.output.figures:
             on_root(self.comm, lambda: _draw(self.folder))
@@ -423,104 +420,3 @@ def _remove_parts(folder: Path) -> None:
 def _remove_checkpoints(folder: Path) -> None:
     """Remove the folder of checkpoints, which a run that has ended needs no more."""
     shutil.rmtree(folder / CHECKPOINTS_FOLDER, ignore_errors=True)
-
-
-def step_to_end(sim: Simulation, recorder: Recorder, keeper: Keeper) -> None:
-    """Advance a simulation through all output times of its case that are to come.
-
-    Parameters
-    ----------
-    sim : Simulation
-    recorder : Recorder
-    keeper : Keeper
-
-    Raises
-    ------
-    UnstableError
-        On all ranks, at the step at which the run broke down.
-    StopRequested
-        On all ranks, before the step at which the run was stopped.
-    """
-    rule = step_rule(sim.case)
-    targets = [0.0, *sim.case.output_times][recorder.snapshots :]
-    while True:
-        found = survey(sim, wish=keeper.wish(sim))
-        keeper.heed(sim, found.wish)
-        recorder.note(sim, found)
-        check_stable(sim, found, recorder.errors.energy)
-        if sim.time >= targets[0]:
-            recorder.save(sim)
-            del targets[0]
-            if not targets:
-                return
-        allowed = rule.allowed(found.limit)
-        sim.first_dt = sim.first_dt or allowed
-        _check_step(sim, found, allowed)
-        dt = step_to(targets[0] - sim.time, allowed)
-        last = dt == targets[0] - sim.time
-        make_step(sim, found, dt)
-        if last:
-            sim.time = targets[0]
-
-
-def make_step(sim: Simulation, found: Survey, dt: float) -> None:
-    """Advance by a step, and now and then share the particles out anew.
-
-    Parameters
-    ----------
-    sim : Simulation
-    found : Survey
-        Taken before the step.
-    dt : float
-        Length of the step [s].
-    """
-    advance(sim, dt, found.claims)
-    urgent = imbalance(found.work) > URGENT
-    if urgent or sim.step % sim.case.parallel.rebalance_every == 0:
-        rebalance(sim, found.work)
-
-
-def check_stable(sim: Simulation, found: Survey, energy_error: float) -> None:
-    """Raise where a particle is out of bounds or the energy drifts.
-
-    Raises
-    ------
-    UnstableError
-        On all ranks.
-    """
-    if found.fault != STABLE:
-        name, text = REASONS[found.fault]
-        where = describe_particle(sim, found.fault_id)
-        raise UnstableError(
-            name, sim.step, sim.time, found.fault_id, f"{text}: {where}"
-        )
-    limit = sim.case.limits.energy_drift
-    if not abs(energy_error) <= limit:
-        text = f"the total energy changed by {energy_error:.3g}, the limit is {limit:g}"
-        raise UnstableError("energy_drift", sim.step, sim.time, None, text)
-
-
-def _check_step(sim: Simulation, found: Survey, dt: float) -> None:
-    """Raise where the step has collapsed."""
-    ratio = sim.case.limits.step_ratio_min
-    if dt < ratio * sim.first_dt:
-        where = describe_particle(sim, found.limited_by)
-        text = (
-            f"the step has fallen to {dt:.3g} s, below {ratio:g} of the first: {where}"
-        )
-        raise UnstableError("step_collapse", sim.step, sim.time, found.limited_by, text)
-
-
-def describe_particle(sim: Simulation, who: int) -> str:
-    """Return where a particle is and in what state, for people; collective."""
-    p = sim.particles
-    mine = None
-    for i in (p.id == who).nonzero()[0]:
-        body = sim.case.bodies[int(p.body[i])].name
-        mine = (
-            f"particle {who} of {body} at r = {p.r[i]:.4g} m, z = {p.z[i]:.4g} m, "
-            f"u = ({p.u_r[i]:.4g}, {p.u_z[i]:.4g}) m/s, rho = {p.rho[i]:.4g} kg/m3, "
-            f"E = {p.E[i]:.4g} J/kg, h = {p.h[i]:.4g} m"
-        )
-    found = [text for text in sim.comm.allgather(mine) if text is not None]
-    return found[0] if found else f"particle {who}"

@@ -28,6 +28,8 @@ def test_run_writes_every_file_of_a_run(tmp_path):
         "log.txt",
         "result.json",
         "snapshots.vtkhdf.series",
+        "status.json",
+        ".lock",
     }
     result = json.loads((folder / "result.json").read_text())
     assert result["status"] == "completed"
@@ -237,7 +239,7 @@ def load_case(*_):
 
 mpisph.cli.load_case = load_case
 if MPI.COMM_WORLD.rank == 1:
-    mpisph.cli.on_root_or_raise = None
+    mpisph.cli.from_root = None
 mpisph.cli.main()
 """
     done = launch(2, sys.executable, "-c", broken, "run", "x.toml", timeout=30)

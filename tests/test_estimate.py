@@ -34,7 +34,7 @@ def test_steps_are_foreseen_within_a_quarter(tmp_path):
     for overrides in (("resolution.npr=5",), ("time.step=fixed", "time.dt=5 ns")):
         settings = ("time.end=5us", "output.figures=false", *overrides)
         case = load_case(SHOT, settings)
-        steps = run(case, MPI.COMM_SELF, tmp_path).step
+        steps = run(case, MPI.COMM_SELF, tmp_path, force=True).step
         assert estimate(case, 1).steps == pytest.approx(steps, rel=0.25)
 
 

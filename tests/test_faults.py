@@ -3,8 +3,10 @@
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -298,3 +300,152 @@ def test_too_short_a_wall_time_is_an_error(tmp_path):
     assert done.returncode == 1
     assert "the wall-time limit leaves no time for a step" in done.stderr
     assert status(tmp_path / "run")["state"] == "failed"
+
+
+# mpisph with a rank that kills itself at a chosen moment: where a function is called
+# for the n-th time, before it does anything or after.
+KILLER = """
+import importlib, os, signal, sys
+from mpi4py import MPI
+
+module, name, calls, rank, when = sys.argv.pop(1).split(":")
+module = importlib.import_module(module)
+called = 0
+original = getattr(module, name)
+
+def deadly(*arguments, **options):
+    global called
+    called += 1
+    due = called == int(calls) and MPI.COMM_WORLD.rank == int(rank)
+    if due and when == "before":
+        os.kill(os.getpid(), signal.SIGKILL)
+    result = original(*arguments, **options)
+    if due:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return result
+
+setattr(module, name, deadly)
+from mpisph.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    "moment",
+    [
+        # The 40th column of a file: in the middle of one that all ranks write.
+        "mpisph.particle_file:_write_column:40:1:after",
+        "mpisph.particle_file:_write_column:400:0:before",
+        # Complete, but without its name; with its name, but not yet in the list.
+        "mpisph.particle_file:replace_file:9:0:before",
+        "mpisph.snapshot:_update_series:7:0:before",
+        # A checkpoint with a digest that is not in it yet; one too many of them.
+        "mpisph.checkpoint:_header:6:0:before",
+        "mpisph.checkpoint:_prune:5:0:before",
+        # In the middle of a step, and in that of the survey.
+        "mpisph.simulation:kick:150:1:after",
+        "mpisph.simulation:take_survey:90:1:before",
+        # At the very beginning and the very end.
+        "mpisph.run:write_text:1:0:before",
+        "mpisph.run:write_result:1:0:before",
+        "mpisph.run:_remove_checkpoints:1:0:before",
+    ],
+)
+def test_killed_at_a_chosen_moment(moment, tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    done = launch(2, sys.executable, "-c", KILLER, moment, *RUN, folder)
+    assert done.returncode not in (0, 1, 2, 3, 75), done.stderr
+    for path, _ in read_series(folder):
+        read_snapshot(path)
+    done = launch(1, MPISPH, *RUN, folder)
+    assert done.returncode == 0, done.stderr
+    if "_remove_checkpoints" not in moment:
+        assert_same(folder, uninterrupted)
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 4 MB."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ("mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", disk)
+    if subprocess.run(mount, check=False, capture_output=True).returncode:
+        pytest.skip("mounting a file system takes root")
+    yield disk
+    subprocess.run(("umount", "--lazy", disk), check=True)
+
+
+def fill(disk, left):
+    """Fill a disk but for some bytes, and return the file that does."""
+    filler = disk / "filler"
+    size = shutil.disk_usage(disk).free - left
+    with filler.open("wb") as file:
+        os.posix_fallocate(file.fileno(), 0, size)
+    return filler
+
+
+@pytest.mark.parametrize("left", [0, 600_000])
+def test_a_full_disk_during_a_snapshot(left, small_disk, uninterrupted):
+    folder = small_disk / "run"
+    launcher = begin_and_wait(folder, 2, *RUN, folder)
+    filler = fill(small_disk, left)
+    _, err = launcher.communicate(timeout=30)
+    assert launcher.returncode == 1
+    assert err.count("mpisph: ") == 1
+    assert "No space left on device" in err
+    assert str(folder) in err
+    if left:  # else the history or the log may be the first to find no room
+        assert "for a snapshot of" in err
+        assert status(folder)["state"] == "failed"
+        assert "No space left on device" in status(folder)["reason"]
+    for path, _ in read_series(folder):
+        read_snapshot(path)
+    filler.unlink()
+    done = launch(2, MPISPH, "resume", folder)
+    assert done.returncode == 0, done.stderr
+    assert_same(folder, uninterrupted)
+
+
+def test_a_full_disk_during_checkpoints_lets_the_run_go_on(small_disk):
+    folder = small_disk / "run"
+    late = (*OPTIONS, "--set", "output.every=3us", "-o", folder)
+    launcher = begin_and_wait(folder, 2, "run", SHOT, *late, checkpoints=2)
+    filler = fill(small_disk, 600_000)
+    log = folder / "log.txt"
+    wait_until(lambda: "warning: no checkpoint at step" in log.read_text())
+    filler.unlink()
+    _, err = launcher.communicate(timeout=30)
+    assert launcher.returncode == 0, err
+    assert "No space left on device for a checkpoint of" in err
+
+
+def test_a_full_disk_at_the_stop_keeps_the_last_checkpoint(small_disk, uninterrupted):
+    folder = small_disk / "run"
+    late = (*OPTIONS, "--set", "checkpoints.interval=1us", "-o", folder)
+    launcher = begin_and_wait(folder, 2, "run", SHOT, *late)
+    os.kill(ranks_of(launcher)[0], signal.SIGSTOP)
+    filler = fill(small_disk, 600_000)
+    os.kill(ranks_of(launcher)[1], signal.SIGUSR1)
+    os.kill(ranks_of(launcher)[0], signal.SIGCONT)
+    _, err = launcher.communicate(timeout=30)
+    assert launcher.returncode == 1
+    assert "No space left on device for a" in err
+    assert status(folder)["state"] == "failed"
+    filler.unlink()
+    done = launch(2, MPISPH, "resume", folder)
+    assert done.returncode == 0, done.stderr
+    assert "going on from checkpoint_" in done.stderr
+    assert outcome(folder)["clouds"] == outcome(uninterrupted)["clouds"]
+
+
+def test_a_read_only_folder_is_an_error(small_disk, uninterrupted):
+    folder = small_disk / "run"
+    shutil.copytree(uninterrupted, folder)
+    again = ("mount", "-o", "remount,ro", small_disk)
+    subprocess.run(again, check=True)
+    done = launch(2, MPISPH, *RUN, folder, "--force")
+    assert done.returncode == 1
+    assert done.stderr.count("mpisph: ") == 1
+    assert "Read-only file system" in done.stderr
+    assert str(folder) in done.stderr
+    assert_same(folder, uninterrupted)

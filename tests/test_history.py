@@ -30,7 +30,7 @@ def row(step):
 def write(folder, steps):
     with History(folder, SELF) as history:
         for step in steps:
-            history.write(row(step))
+            history.add(row(step))
     return folder / HISTORY_FILE
 
 
@@ -63,7 +63,7 @@ def test_an_empty_history_reads_as_no_lines(tmp_path):
 
 def test_lines_can_be_read_while_the_run_goes_on(tmp_path):
     with History(tmp_path, SELF) as history:
-        history.write(row(1))
+        history.add(row(1))
         assert len(read_history(tmp_path / HISTORY_FILE)) == 1
 
 
@@ -91,7 +91,7 @@ def test_another_file_is_refused(tmp_path, text):
 def test_only_rank_0_writes(mpi_tmp_path):
     comm = MPI.COMM_WORLD
     with History(mpi_tmp_path, comm) as history:
-        history.write(row(comm.rank + 5))
+        history.add(row(comm.rank + 5))
     comm.barrier()
     got = read_history(mpi_tmp_path / HISTORY_FILE)
     assert got["step"].tolist() == [5]

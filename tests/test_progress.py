@@ -133,7 +133,7 @@ def test_only_rank_0_speaks(mpi_tmp_path):
         RunLog(mpi_tmp_path, comm) as log,
         Progress(comm, 1e-6, out, log=log) as progress,
     ):
-        log.write(f"rank {comm.rank}")
+        log.say(f"rank {comm.rank}")
         progress.update(1e-6, 1, 1e-9)
     comm.barrier()
     assert bool(out.file.getvalue()) == (comm.rank == 0)

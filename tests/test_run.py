@@ -3,10 +3,13 @@
 import pytest
 from launch import CASES
 from mpi4py import MPI
+from oracles import agree
 
 from mpisph.case import load_case
+from mpisph.errors import CaseError, MpisphError
+from mpisph.guard import Guard
 from mpisph.history import read_history
-from mpisph.run import run
+from mpisph.run import resume, run
 from mpisph.snapshot import read_series, read_snapshot
 
 SETTINGS = (
@@ -39,6 +42,157 @@ def test_runs_on_parts_of_a_communicator_side_by_side(mpi_tmp_path):
     assert world.bcast(same)
 
 
+class StopAt(Guard):
+    """A guard to whom a signal comes before the n-th step that it sees."""
+
+    def __init__(self, n):
+        super().__init__()
+        self.left = n
+
+    def signal_wish(self):
+        self.left -= 1
+        return 115 if self.left == 0 else 0
+
+
+def computed(folder):
+    """All that a finished run has computed, bit by bit."""
+    lines = (folder / "history.csv").read_text().splitlines()
+    snapshots = sorted((folder / "snapshots").iterdir())
+    return {
+        "history": [line.split(",")[:11] for line in lines],
+        **{p.name: p.read_bytes() for p in snapshots},
+    }
+
+
+@pytest.mark.mpi(min_size=1)
+@pytest.mark.parametrize(
+    "settings",
+    [
+        (),
+        ("scheme.eos=tillotson", "bodies.0.material=al-6061-t6",
+         "bodies.1.material=al-6061-t6", "output.history_every=7"),
+        ("scheme.smoothing=classic", "parallel.cut=zr", "scheme.self_term=false"),
+        ("time.step=fixed", "time.dt=4ns", "scheme.heat.enabled=false"),
+        ("scheme.smoothing=fixed", "scheme.strength=none", "parallel.cut=z"),
+        ("scheme.p_min={value=-1e9, mode='zero'}", "scheme.viscosity.form=printed"),
+    ],
+)  # fmt: skip
+def test_a_stopped_run_goes_on_with_the_same_bits(settings, mpi_tmp_path):
+    """Whatever the scheme: stopped at some steps, resumed on other ranks."""
+    world = MPI.COMM_WORLD
+    case = short_case(*settings, "time.end=0.6us")
+    once, stopped = (mpi_tmp_path / name for name in ("once", "stopped"))
+    whole = run(case, world, once)
+    first = run(case, world, stopped, guard=StopAt(1 + whole.step // 3))
+    problems = [] if first.status == "stopped" else [first.status]
+    sizes = range(1, world.size + 1) if world.size > 1 else (1, 1)
+    for k, size in enumerate(sizes, 1):
+        part = world.Split(0 if world.rank < size else 1, world.rank)
+        if world.rank < size:
+            last = k == len(sizes)
+            result = resume(part, stopped, guard=None if last else StopAt(8))
+            if result.status != ("completed" if last else "stopped"):
+                problems.append(result.status)
+            if last and result.conservation != whole.conservation:
+                problems.append("conservation")
+        part.Free()
+        world.Barrier()
+    if world.rank == 0:
+        was, now = computed(once), computed(stopped)
+        problems += [name for name in was if was[name] != now.get(name)]
+        problems += sorted(set(now) - set(was))
+    agree(world, problems)
+
+
+@pytest.mark.mpi(min_size=1)
+def test_a_run_that_goes_on_breaks_down_where_it_would_have(mpi_tmp_path):
+    """The limit of the step counts from the very first one."""
+    world = MPI.COMM_WORLD
+    case = short_case("limits.step_ratio_min=0.82")
+    once = run(case, world, mpi_tmp_path / "once")
+    folder = mpi_tmp_path / "stopped"
+    run(case, world, folder, guard=StopAt(once.step // 2))
+    again = resume(world, folder)
+    agree(
+        world,
+        [] if (once.status, once.reason) == ("unstable", "step_collapse") else [once],
+    )
+    assert (again.status, again.reason, again.step, again.particle, again.detail) == (
+        once.status, once.reason, once.step, once.particle, once.detail
+    )  # fmt: skip
+    # It has ended: nothing more is done.
+    same, timing = resume(world, folder), {"timing"}
+    assert same.model_dump(exclude=timing) == again.model_dump(exclude=timing)
+
+
+def test_the_case_must_be_the_one_in_the_folder(tmp_path):
+    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(3))
+    with pytest.raises(CaseError, match=r"another case \(resolution.npr: 4, now 5\)"):
+        run(short_case("resolution.npr=5"), MPI.COMM_SELF, tmp_path)
+    many = short_case("resolution.npr=5", "time.cfl=0.2", "resolution.nph=1.5",
+                      "bodies.0.velocity=6e3", "bodies.1.radius=0.03",
+                      "scheme.heat.g1=1.0")  # fmt: skip
+    with pytest.raises(CaseError, match="and 1 more"):
+        run(many, MPI.COMM_SELF, tmp_path)
+
+
+def test_a_case_changed_in_the_folder_is_noticed(tmp_path):
+    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(3))
+    text = (tmp_path / "case.toml").read_text()
+    (tmp_path / "case.toml").write_text(text.replace("npr = 4", "npr = 5"))
+    with pytest.raises(MpisphError, match="belongs to another case than"):
+        resume(MPI.COMM_SELF, tmp_path)
+
+
+def test_files_of_a_run_without_a_status_are_not_overwritten(tmp_path):
+    (tmp_path / "result.json").write_text("{}")
+    with pytest.raises(MpisphError, match=r"holds result.json of a run, but no status"):
+        run(short_case(), MPI.COMM_SELF, tmp_path)
+    assert (tmp_path / "result.json").read_text() == "{}"
+    (tmp_path / "result.json").unlink()
+    (tmp_path / "notes.txt").write_text("mine")
+    run(short_case(), MPI.COMM_SELF, tmp_path)
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+def test_a_lost_history_is_said_and_begun_anew(tmp_path):
+    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(9))
+    (tmp_path / "history.csv").unlink()
+    assert resume(MPI.COMM_SELF, tmp_path).status == "completed"
+    assert "history.csv is not as it was written" in (tmp_path / "log.txt").read_text()
+    assert read_history(tmp_path / "history.csv")["step"][0] == 8
+
+
+def test_other_software_since_the_checkpoint_is_said(tmp_path, monkeypatch):
+    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(9))
+    monkeypatch.setattr("mpisph.run.git_revision", lambda: "another")
+    resume(MPI.COMM_SELF, tmp_path)
+    assert "was written by other software" in (tmp_path / "log.txt").read_text()
+
+
+def test_a_lost_result_is_an_error(tmp_path):
+    run(short_case(), MPI.COMM_SELF, tmp_path)
+    (tmp_path / "result.json").unlink()
+    with pytest.raises(MpisphError, match="missing or damaged, although"):
+        resume(MPI.COMM_SELF, tmp_path)
+
+
+def test_leftovers_of_a_kill_are_removed(tmp_path):
+    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(9))
+    parts = [tmp_path / "a.part", tmp_path / "checkpoints" / "b.part"]
+    for part in parts:
+        part.touch()
+    resume(MPI.COMM_SELF, tmp_path)
+    assert not any(part.exists() for part in parts)
+    assert not (tmp_path / "checkpoints").exists()
+
+
+def test_checkpoints_of_an_unstable_run_stay(tmp_path):
+    case = short_case("limits.energy_drift=1e-9", "checkpoints.interval=1e-12")
+    assert run(case, MPI.COMM_SELF, tmp_path).status == "unstable"
+    assert len(list((tmp_path / "checkpoints").iterdir())) > 0
+
+
 def test_output_times_are_met_exactly(tmp_path):
     result = run(short_case("output.times=[0.123e-6]"), MPI.COMM_SELF, tmp_path)
     times = [time for _, time in read_series(tmp_path)]
@@ -59,10 +213,10 @@ def test_fixed_steps_are_as_long_as_asked(tmp_path):
     assert history["step"][-1] == 134
 
 
-def test_a_second_run_replaces_the_files_of_the_first(tmp_path):
+def test_a_forced_run_replaces_the_files_of_the_one_before(tmp_path):
     run(short_case("output.every=0.1us"), MPI.COMM_SELF, tmp_path)
     assert len(read_series(tmp_path)) == 5
-    run(short_case(), MPI.COMM_SELF, tmp_path)
+    run(short_case(), MPI.COMM_SELF, tmp_path, force=True)
     assert len(read_series(tmp_path)) == 3
     assert len(list((tmp_path / "snapshots").iterdir())) == 3
     assert read_history(tmp_path / "history.csv")["step"][0] == 0

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-import mpisph.snapshot
+import mpisph.particle_file
 from mpisph.errors import CollectiveError
 from mpisph.particles import FIELDS, Particles
 from mpisph.snapshot import read_series, read_snapshot, write_snapshot
@@ -41,6 +41,8 @@ def share(comm, n, seed=3):
 
 def write(comm, folder, n=50, index=3, **options):
     values = {"time": 6e-6, "step": 12, "metadata": METADATA, "n_total": n} | options
+    if comm.rank == 0 and not folder.is_file():
+        folder.mkdir(exist_ok=True)
     mine = particles(share(comm, n))
     return write_snapshot(comm, folder, index, mine, **values)
 
@@ -184,7 +186,7 @@ def test_parallel_writer_without_parallel_h5py_is_refused(tmp_path, monkeypatch)
     class Config:
         mpi = False
 
-    monkeypatch.setattr(mpisph.snapshot.h5py, "get_config", Config)
+    monkeypatch.setattr(mpisph.particle_file.h5py, "get_config", Config)
     with pytest.raises(ValueError, match="without MPI"):
         write(SELF, tmp_path, writer="parallel")
     # "auto" then gathers, and the file is the same.
@@ -285,7 +287,7 @@ def test_a_disk_that_refuses(mpi_tmp_path, writer, failing):
 @by_writer
 def test_one_column_of_one_rank_fails(mpi_tmp_path, monkeypatch, writer, error):
     comm = MPI.COMM_WORLD
-    write_column = mpisph.snapshot._write_column
+    write_column = mpisph.particle_file._write_column
 
     def failing(vtk, column, *rest):
         write_column(vtk, column, *rest)
@@ -294,7 +296,7 @@ def test_one_column_of_one_rank_fails(mpi_tmp_path, monkeypatch, writer, error):
 
     culprit = comm.size - 1 if writer == "parallel" else 0
     if comm.rank == culprit:
-        monkeypatch.setattr(mpisph.snapshot, "_write_column", failing)
+        monkeypatch.setattr(mpisph.particle_file, "_write_column", failing)
     with pytest.raises(OSError, match=rf"broken \(rank {culprit} of {comm.size}"):
         write(comm, mpi_tmp_path, writer=writer)
     monkeypatch.undo()

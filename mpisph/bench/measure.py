@@ -18,9 +18,9 @@ from mpisph.bench.scenes import Scene
 from mpisph.collectives import caught, on_root, raise_together
 from mpisph.decomposition import imbalance
 from mpisph.particles import FloatArray
-from mpisph.run import make_step
 from mpisph.simulation import Simulation, step_rule, survey
 from mpisph.snapshot import write_snapshot
+from mpisph.stepping import make_step
 
 WARM_UP_STEPS = 5
 """Steps before the first that is timed: the impact begins, caches fill."""

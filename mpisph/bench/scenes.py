@@ -11,11 +11,11 @@ from mpi4py import MPI
 
 from mpisph.bench.record import SceneName
 from mpisph.case import Case, case_from_dict
-from mpisph.collectives import on_root
+from mpisph.collectives import from_root, on_root
 from mpisph.geometry import InitialParticles, discretise
-from mpisph.run import make_step
 from mpisph.simulation import Simulation, start, start_from, step_rule, survey
-from mpisph.snapshot import SNAPSHOTS_FOLDER, Snapshot, read_snapshot, write_snapshot
+from mpisph.snapshot import SNAPSHOTS_FOLDER, read_snapshot, write_snapshot
+from mpisph.stepping import make_step
 from mpisph.timestep import step_to
 
 BLOCK_SPACING = 1e-4
@@ -105,6 +105,7 @@ def keep_late_start(case: Case, comm: MPI.Intracomm, time: float, store: Path) -
     path = store / key / SNAPSHOTS_FOLDER / "snapshot_00000.vtkhdf"
     if comm.bcast(path.exists()):
         return path
+    on_root(comm, lambda: path.parents[1].mkdir(parents=True, exist_ok=True))
     sim = start(case, comm)
     rule = step_rule(case)
     while sim.time < time:
@@ -130,9 +131,7 @@ def start_late(case: Case, path: Path, comm: MPI.Intracomm) -> Simulation:
     OSError, RuntimeError
         On all ranks, if the snapshot cannot be read.
     """
-    found: list[Snapshot] = []
-    on_root(comm, lambda: found.append(read_snapshot(path)))
-    snapshot = comm.bcast(found)[0]
+    snapshot = from_root(comm, lambda: read_snapshot(path))
     arrays = {name: snapshot.arrays[name] for name in InitialParticles._fields}
     return start_from(case, comm, InitialParticles(**arrays), snapshot.time)
 

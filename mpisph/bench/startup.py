@@ -74,7 +74,7 @@ def _launch(case_file: Path, ranks: int, folder: Path, cache: Path) -> float:
     command = [sys.executable, "-m", "mpisph", "run", str(case_file)]
     for override in SMALL:
         command += ["--set", override]
-    command += ["-o", str(folder)]
+    command += ["-o", str(folder), "--force"]
     if ranks > 1:
         command = [_mpirun(), "-n", str(ranks), *command]
     begin = time.time()

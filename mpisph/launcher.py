@@ -1,0 +1,71 @@
+"""Whether the launcher and the MPI library of this process belong together.
+
+An mpirun of another MPI starts processes that each find themselves alone: every one
+would run the whole case, into the same folder.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+
+class Launch(NamedTuple):
+    """What a launcher has told a process in its environment.
+
+    Attributes
+    ----------
+    launcher : str
+        Its name, for people.
+    size : int
+        Number of processes started.
+    rank : int
+        Of this one.
+    """
+
+    launcher: str
+    size: int
+    rank: int
+
+
+_VARIABLES = (
+    ("Open MPI's mpirun", "OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"),
+    ("MVAPICH's mpirun", "MV2_COMM_WORLD_SIZE", "MV2_COMM_WORLD_RANK"),
+    ("the mpirun of MPICH or Intel MPI", "PMI_SIZE", "PMI_RANK"),
+    ("srun", "SLURM_STEP_NUM_TASKS", "SLURM_PROCID"),
+)
+# An mpirun may itself have been started by srun: the last to speak comes first here.
+
+
+def launch_of(environment: Mapping[str, str]) -> Launch | None:
+    """Return what a launcher has told this process; None where there was none."""
+    for name, size, rank in _VARIABLES:
+        if environment.get(size, "").isdecimal():
+            number = environment.get(rank, "")
+            return Launch(
+                name, int(environment[size]), int(number) if number.isdecimal() else 0
+            )
+    return None
+
+
+def mismatch(launch: Launch | None, size: int, library: str) -> str | None:
+    """Return what is wrong where a launcher's processes do not find each other.
+
+    Parameters
+    ----------
+    launch : Launch or None
+    size : int
+        Of the world communicator.
+    library : str
+        Name and version of the MPI library.
+
+    Returns
+    -------
+    str or None
+        For people; None where nothing is wrong.
+    """
+    if launch is None or launch.size == size or size > 1:
+        return None
+    return (
+        f"{launch.launcher} has started {launch.size} processes, but each finds itself "
+        f"alone: mpisph uses another MPI, {library}. Start it with that MPI's own "
+        "mpirun, or install mpi4py for the one at hand."
+    )

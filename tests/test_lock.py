@@ -1,0 +1,115 @@
+"""One run a folder."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from mpi4py import MPI
+from oracles import agree
+
+import mpisph.lock
+from mpisph.errors import MpisphError
+from mpisph.lock import LOCK_FILE, FolderLock, in_use
+
+SELF = MPI.COMM_SELF
+
+# Another process that holds one rank's share of the lock until its input ends.
+HOLDER = """
+import fcntl, os, sys
+file = os.open(sys.argv[1], os.O_RDWR | os.O_CREAT)
+fcntl.flock(file, fcntl.LOCK_SH)
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def holder(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLDER, tmp_path / LOCK_FILE],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout.readline() == "held\n"
+    yield process
+    process.stdin.close()
+    process.stdout.close()
+    process.wait()
+
+
+def test_a_folder_in_use_is_refused(tmp_path, holder, monkeypatch):
+    monkeypatch.setattr(mpisph.lock, "PATIENCE", 0.1)
+    assert in_use(tmp_path)
+    with (
+        pytest.raises(MpisphError, match="another run is at work here"),
+        FolderLock(SELF, tmp_path),
+    ):
+        pass
+
+
+def test_a_run_that_was_killed_leaves_no_lock(tmp_path, holder):
+    holder.kill()
+    with FolderLock(SELF, tmp_path):
+        pass
+
+
+def test_the_lock_names_its_process_and_ends_with_the_block(tmp_path):
+    with FolderLock(SELF, tmp_path):
+        assert in_use(tmp_path)
+        assert f"process {os.getpid()} on" in (tmp_path / LOCK_FILE).read_text()
+    assert not in_use(tmp_path)
+    assert not in_use(tmp_path / "nowhere")
+
+
+def test_an_error_in_the_block_ends_the_lock(tmp_path):
+    with pytest.raises(ZeroDivisionError), FolderLock(SELF, tmp_path):
+        raise ZeroDivisionError
+    assert not in_use(tmp_path)
+
+
+def test_a_file_system_without_locks_is_no_hindrance(tmp_path, monkeypatch):
+    def none(*_):
+        raise OSError(95, "Operation not supported")
+
+    monkeypatch.setattr(mpisph.lock.fcntl, "flock", none)
+    with FolderLock(SELF, tmp_path):
+        pass
+
+
+@pytest.mark.mpi(min_size=2)
+def test_the_lock_lasts_until_the_last_rank_lets_go(mpi_tmp_path):
+    comm = MPI.COMM_WORLD
+    lock = FolderLock(comm, mpi_tmp_path)
+    lock.__enter__()
+    comm.Barrier()
+    if comm.rank == 0:
+        lock.__exit__(None, None, None)
+    comm.Barrier()
+    held = in_use(mpi_tmp_path)
+    comm.Barrier()
+    lock.__exit__(None, None, None)
+    comm.Barrier()
+    free = not in_use(mpi_tmp_path)
+    agree(comm, [] if held and free else [f"held {held}, then free {free}"])
+
+
+@pytest.mark.mpi(min_size=2)
+def test_all_ranks_are_refused(mpi_tmp_path, monkeypatch):
+    comm = MPI.COMM_WORLD
+    monkeypatch.setattr(mpisph.lock, "PATIENCE", 0.1)
+    other = comm.Split(comm.rank == 0, comm.rank)
+    first = FolderLock(other, mpi_tmp_path)
+    if comm.rank == 0:
+        first.__enter__()
+    comm.Barrier()
+    with (
+        pytest.raises(MpisphError, match="another run"),
+        FolderLock(comm, mpi_tmp_path),
+    ):
+        pass
+    comm.Barrier()
+    if comm.rank == 0:
+        first.__exit__(None, None, None)
+    other.Free()
