@@ -517,6 +517,7 @@ def _run(guard: Guard, first: bool) -> int:
         return BAD_INPUT
     except (MpisphError, CollectiveError) as error:
         if first:
-            click.echo(f"mpisph: {error}", err=True)
+            notes = getattr(error, "__notes__", ())
+            click.echo("\n".join((f"mpisph: {error}", *notes)), err=True)
         return 1
     return code if isinstance(code, int) else 0

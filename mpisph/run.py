@@ -7,8 +7,9 @@ repeated once it has ended.
 
 import shutil
 import time
+import tomllib
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,7 +17,7 @@ from typing import Any, NamedTuple
 from mpi4py import MPI
 from rich.console import Console
 
-from mpisph.case import Case, load_case
+from mpisph.case import Case, case_from_dict, load_case
 from mpisph.checkpoint import (
     CHECKPOINTS_FOLDER,
     Checkpoint,
@@ -275,8 +276,16 @@ class _Session:
             except (MpisphError, CollectiveError) as error:
                 # What one rank alone meets is for `Guard.end_all_ranks`.
                 if self.comm.rank == 0:
-                    status.fail(str(error))
+                    self._take_down(error, status)
                 raise
+
+    def _take_down(self, error: Exception, status: StatusFile) -> None:
+        """Write why the run has failed, as far as that is possible; on rank 0."""
+        status.fail(str(error))
+        with suppress(OSError), RunLog(self.folder, self.comm) as log:
+            log.say(f"failed: {error}")
+        if find_checkpoints(self.folder):
+            error.add_note(f"`mpisph resume {self.folder}` goes on from a checkpoint")
 
     def _run(self, case: Case, status: StatusFile, stored: Stored | None) -> Result:
         state = stored.state if stored else None
@@ -364,9 +373,13 @@ def _understood(path: Path, checkpoint: Checkpoint, case: Case) -> RunState:
     """
     try:
         state = RunState.model_validate_json(checkpoint.state)
-    except ValueError as error:
-        raise MpisphError(f"{path}: written by another version of mpisph") from error
-    if state.case != case.to_toml():
+        stored = case_from_dict(tomllib.loads(state.case))
+    except (ValueError, CaseError) as error:
+        raise MpisphError(
+            f"{path}: written by another version of mpisph; `mpisph run --force` "
+            "starts anew"
+        ) from error
+    if stored != case:
         raise MpisphError(
             f"{path}: belongs to another case than {CASE_FILE} beside it; was that "
             "changed?"

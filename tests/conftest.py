@@ -10,6 +10,17 @@ hypothesis.settings.register_profile("mpisph", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("mpisph")
 
 
+def pytest_addoption(parser):
+    text = "how many runs to kill at random moments, four times each"
+    parser.addoption("--killed-runs", type=int, default=3, help=text)
+
+
+def pytest_generate_tests(metafunc):
+    if "killed_run" in metafunc.fixturenames:
+        count = metafunc.config.getoption("--killed-runs")
+        metafunc.parametrize("killed_run", range(count))
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_configure(config):
     if not config.getoption("--with-mpi"):
