@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from mpisph.case import Case
-from mpisph.geometry import check_count, particle_count
+from mpisph.case.counts import particle_count
 from mpisph.particles import INTEGRATED, LABELS, VALUES
 from mpisph.records import RING_FIELDS
 from mpisph.sources import EXCHANGED
@@ -71,14 +71,8 @@ def estimate(case: Case, ranks: int) -> Estimate:
     Returns
     -------
     Estimate
-
-    Raises
-    ------
-    CaseError
-        If there would be absurdly many particles.
     """
-    check_count(case)
-    n = particle_count(case)
+    n = particle_count(case.bodies, case.spacing)
     neighbours = math.pi * (case.scheme.kappa * case.resolution.nph) ** 2
     return Estimate(
         particles=n,

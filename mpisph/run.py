@@ -18,7 +18,6 @@ from mpisph.diagnostics import (
 )
 from mpisph.errors import UnstableError
 from mpisph.files import write_text
-from mpisph.geometry import check_count
 from mpisph.history import History, HistoryRow
 from mpisph.jit import CACHE_FOLDER, is_compiled
 from mpisph.progress import Progress, RunLog, open_console
@@ -175,7 +174,6 @@ def run(
     OSError
         On all ranks, if a file cannot be written.
     """
-    check_count(case)
     console = console or open_console(stderr=True)
     on_root(comm, lambda: _prepare_folder(folder, case))
     with ExitStack() as stack:
