@@ -16,7 +16,12 @@ from mpisph.case.overrides import apply_override
 from mpisph.case.parts import Key
 from mpisph.case.positions import deep_line, line_numbers
 from mpisph.case.printing import printable
-from mpisph.case.problems import Origins, case_problems
+from mpisph.case.problems import (
+    BEYOND_64_BITS,
+    Origins,
+    case_problems,
+    integer_problems,
+)
 from mpisph.errors import CaseError, Problem
 from mpisph.materials.library import nearest
 
@@ -91,6 +96,9 @@ def case_from_dict(data: Mapping[str, Any]) -> Case:
 
 
 def _build(data: Mapping[str, Any], origins: Origins, problems: list[Problem]) -> Case:
+    long_integers = integer_problems(data, origins)
+    if long_integers:
+        raise CaseError(problems + long_integers)
     try:
         case = Case.model_validate(data)
     except ValidationError as error:
@@ -155,7 +163,7 @@ def _parse(text: str, file: str) -> dict[str, Any]:
 def _long_integer(text: str, file: str) -> Problem:
     place = _LONG_INTEGER.search(text)
     line = text.count("\n", 0, place.start()) + 1 if place else None
-    return Problem("a whole number has too many digits", file=file, line=line)
+    return Problem(BEYOND_64_BITS, file=file, line=line)
 
 
 def _syntax_problem(message: str, text: str, file: str) -> Problem:

@@ -22,7 +22,9 @@ from mpisph.materials import Material, card_names
 from mpisph.materials.library import nearest, nearest_quoted
 from mpisph.materials.quantities import Identifier
 
-__all__ = ["Origins", "case_problems"]
+__all__ = ["BEYOND_64_BITS", "Origins", "case_problems", "integer_problems"]
+
+BEYOND_64_BITS = "a whole number beyond the 64 bits of TOML"
 
 _LONGEST_VALUE = 60
 _LONGEST_KEY = 200
@@ -117,12 +119,50 @@ def case_problems(
     findings += find_problems(_valid_parts(data))
     # The model applies the same rules; what it alone has found is said in its words.
     findings = findings or [Finding((), detail["msg"]) for detail in everything]
-    problems = [_as_problem(finding, data, origins) for finding in findings]
-    problems.sort(key=lambda problem: problem.line or 0)
+    problems = _as_problems(findings, data, origins)
     if len(details) > _MOST_MISTAKES:
         text = f"and {len(details) - _MOST_MISTAKES} more mistakes"
         problems.append(Problem(text, file=origins.file))
     return problems
+
+
+def integer_problems(data: Mapping[str, Any], origins: Origins) -> list[Problem]:
+    """Return the whole numbers of a raw case that are no legal TOML.
+
+    Neither pydantic nor `str` is fit for those that are very long.
+
+    Parameters
+    ----------
+    data : mapping
+        The case as read from TOML, with overrides applied.
+    origins : Origins
+        Where the keys come from.
+
+    Returns
+    -------
+    list of Problem
+        One for each such number, without the number.
+    """
+    keys: list[Key] = []
+    nodes: list[tuple[Key, Any]] = [((), data)]
+    while nodes:
+        key, node = nodes.pop()
+        if isinstance(node, Mapping):
+            nodes += [((*key, step), child) for step, child in node.items()]
+        elif isinstance(node, list | tuple):
+            nodes += [((*key, step), child) for step, child in enumerate(node)]
+        elif isinstance(node, int) and not -(2**63) <= node < 2**63:
+            keys.append(key)
+    findings = [Finding(key, BEYOND_64_BITS) for key in keys[:_MOST_MISTAKES]]
+    return _as_problems(findings, {}, origins)
+
+
+def _as_problems(
+    findings: list[Finding], data: Mapping[str, Any], origins: Origins
+) -> list[Problem]:
+    """Return the problems of all findings, by line."""
+    problems = [_as_problem(finding, data, origins) for finding in findings]
+    return sorted(problems, key=lambda problem: problem.line or 0)
 
 
 def _as_problem(finding: Finding, data: Any, origins: Origins) -> Problem:
@@ -149,9 +189,7 @@ def _value_text(data: Any, key: Key) -> str | None:
     if isinstance(data, str | bool):
         text = json.dumps(data, ensure_ascii=False)
     else:
-        # Hexadecimal has no limit of digits, and no cost that grows as their square.
-        huge = isinstance(data, int) and data.bit_length() > 4 * _LONGEST_VALUE
-        text = hex(data) if huge else str(data)
+        text = str(data)
     return printable(text, _LONGEST_VALUE)
 
 
