@@ -3,8 +3,14 @@
 import math
 from typing import NamedTuple
 
+from mpi4py import MPI
+
 from mpisph.case import Case
-from mpisph.geometry import check_count, particle_count
+from mpisph.case.counts import particle_count
+from mpisph.case.parts import spacing_key
+from mpisph.collectives import raise_together
+from mpisph.errors import CaseError, Problem
+from mpisph.memory import total_memory
 from mpisph.particles import INTEGRATED, LABELS, VALUES
 from mpisph.records import RING_FIELDS
 from mpisph.sources import EXCHANGED
@@ -71,14 +77,8 @@ def estimate(case: Case, ranks: int) -> Estimate:
     Returns
     -------
     Estimate
-
-    Raises
-    ------
-    CaseError
-        If there would be absurdly many particles.
     """
-    check_count(case)
-    n = particle_count(case)
+    n = particle_count(case.bodies, case.spacing)
     neighbours = math.pi * (case.scheme.kappa * case.resolution.nph) ** 2
     return Estimate(
         particles=n,
@@ -87,6 +87,41 @@ def estimate(case: Case, ranks: int) -> Estimate:
         memory=ranks * RANK_BYTES + n * max(PARTICLE_BYTES, ranks * INITIAL_BYTES),
         ranks=ranks,
     )
+
+
+def check_memory(case: Case, comm: MPI.Intracomm) -> None:
+    """Refuse a case that the nodes' memory could not hold; collective.
+
+    Parameters
+    ----------
+    case : Case
+    comm : MPI.Intracomm
+        The ranks that are to run it.
+
+    Raises
+    ------
+    CaseError
+        On all ranks, if any node has too little memory for its share.
+    """
+    node = comm.Split_type(MPI.COMM_TYPE_SHARED)
+    ranks = node.size
+    node.Free()
+    needed = estimate(case, comm.size).memory * ranks / comm.size
+    available = total_memory()
+    error = None
+    if needed > available:
+        problem = Problem(
+            f"about {_gibibytes(needed)} would be needed on a node of "
+            f"{_gibibytes(available)}; take more nodes or a coarser resolution",
+            key=".".join(map(str, spacing_key(case.resolution))),
+        )
+        error = CaseError([problem])
+    raise_together(comm, error)
+
+
+def _gibibytes(memory: float) -> str:
+    """Return a memory [bytes] as text of three digits."""
+    return f"{memory / 2**30:.3g} GiB"
 
 
 def _typical_step(case: Case) -> float:

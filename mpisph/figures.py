@@ -198,7 +198,8 @@ def draw_cloud(
     lines = _title_lines(case, snapshot.time, exposure)
     with mpl.rc_context(_STYLE):
         figure, axes = _make_axes(view, len(lines), max(len(case.bodies) + 1, 3))
-        axes.set_title("\n".join(lines), loc="left")
+        # A dollar sign of the user's title begins no formula.
+        axes.set_title("\n".join(lines), loc="left", parse_math=False)
         _draw_particles(axes, snapshot, case, view)
         _draw_rear_face(axes, definition)
         if exposure is not None:

@@ -10,14 +10,12 @@ import numpy.typing as npt
 
 from mpisph.case import Body, Case, Sphere, SphericalShell
 from mpisph.case.bodies import Annulus, Rectangle
-from mpisph.errors import CaseError, Problem
+from mpisph.case.counts import grid
 
-__all__ = ["InitialParticles", "check_count", "discretise", "particle_count"]
+__all__ = ["InitialParticles", "discretise"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-
-_MOST_PARTICLES = 1_000_000_000
 
 
 class InitialParticles(NamedTuple):
@@ -70,40 +68,6 @@ class _Lattice(NamedTuple):
     area: float
 
 
-class _Grid(NamedTuple):
-    """Cells of a rectangle: numbers along z and r, and sizes [m]."""
-
-    nz: int
-    nr: int
-    dz: float
-    dr: float
-
-
-def particle_count(case: Case) -> int:
-    """Estimate the number of particles without making them.
-
-    Parameters
-    ----------
-    case : Case
-        The case.
-
-    Returns
-    -------
-    int
-        Exact for plates and cylinders; for spheres and shells the section over
-        the area of a cell, which is nearly exact.
-    """
-    return sum(_body_count(body, case.spacing) for body in case.bodies)
-
-
-def _body_count(body: Body, spacing: float) -> int:
-    if isinstance(body, Sphere | SphericalShell):
-        inner, outer, _ = body.region
-        return round(0.5 * math.pi * (outer**2 - inner**2) / spacing**2)
-    grid = _grid(body.region, spacing)
-    return grid.nz * grid.nr
-
-
 def discretise(case: Case) -> InitialParticles:
     """Fill the bodies with particles.
 
@@ -120,13 +84,7 @@ def discretise(case: Case) -> InitialParticles:
     -------
     InitialParticles
         All particles; the same on every rank that asks.
-
-    Raises
-    ------
-    CaseError
-        If there would be more than 10^9 particles.
     """
-    check_count(case)
     lattices = [_lattice(body, case.spacing) for body in case.bodies]
     counts = np.array([lattice.r.size for lattice in lattices])
     density = [case.body_material(body).rho0 for body in case.bodies]
@@ -147,28 +105,6 @@ def discretise(case: Case) -> InitialParticles:
     )
 
 
-def check_count(case: Case) -> None:
-    """Refuse a case of absurdly many particles, before any is made.
-
-    Parameters
-    ----------
-    case : Case
-
-    Raises
-    ------
-    CaseError
-        If there would be more than 10^9 particles.
-    """
-    count = particle_count(case)
-    if count > _MOST_PARTICLES:
-        problem = Problem(
-            f"a spacing of {case.spacing:g} m makes about {count:.1e} particles; "
-            f"expected at most {_MOST_PARTICLES:.0e}",
-            key="resolution",
-        )
-        raise CaseError([problem])
-
-
 def _lattice(body: Body, spacing: float) -> _Lattice:
     if isinstance(body, Sphere | SphericalShell):
         return _round_lattice(body.region, spacing)
@@ -177,33 +113,34 @@ def _lattice(body: Body, spacing: float) -> _Lattice:
 
 def _round_lattice(region: Annulus, spacing: float) -> _Lattice:
     """Return the lattice points (i + 1/2, j + 1/2) dx between the two radii."""
+    inner2, outer2 = (region.inner / spacing) ** 2, (region.outer / spacing) ** 2
     n = math.ceil(region.outer / spacing)
-    i = np.arange(n, dtype=np.float64) + 0.5
     j = np.arange(-n, n, dtype=np.float64) + 0.5
-    squared = (j**2)[:, np.newaxis] + i**2
-    inside = (squared >= (region.inner / spacing) ** 2) & (
-        squared <= (region.outer / spacing) ** 2
-    )
-    rows, columns = np.nonzero(inside)
+    # Only what may lie within: of the square around a thin shell that is little.
+    first: FloatArray = np.maximum(np.floor(_half_chord(inner2, j) - 0.5) - 1.0, 0.0)
+    last = np.ceil(_half_chord(outer2, j) - 0.5) + 1.0
+    length = (last - first + 1.0).astype(np.int64)
+    rows = np.repeat(np.arange(2 * n), length)
+    before = np.repeat(np.cumsum(length) - length, length)
+    i = first[rows] + (np.arange(rows.size) - before) + 0.5
+    squared = (j**2)[rows] + i**2
+    inside = (squared >= inner2) & (squared <= outer2)
     return _Lattice(
-        r=i[columns] * spacing,
-        z=region.centre + j[rows] * spacing,
+        r=i[inside] * spacing,
+        z=region.centre + j[rows[inside]] * spacing,
         area=spacing**2,
     )
 
 
+def _half_chord(radius2: float, j: FloatArray) -> FloatArray:
+    """Return the half width of a circle at heights `j`; zero beyond it."""
+    width: FloatArray = np.sqrt(np.maximum(radius2 - j**2, 0.0))
+    return width
+
+
 def _cell_lattice(region: Rectangle, spacing: float) -> _Lattice:
     """Return the centres of the cells that divide a rectangle evenly."""
-    grid = _grid(region, spacing)
-    r = region.inner + (np.arange(grid.nr, dtype=np.float64) + 0.5) * grid.dr
-    z = region.low + (np.arange(grid.nz, dtype=np.float64) + 0.5) * grid.dz
-    return _Lattice(
-        r=np.tile(r, grid.nz), z=np.repeat(z, grid.nr), area=grid.dr * grid.dz
-    )
-
-
-def _grid(region: Rectangle, spacing: float) -> _Grid:
-    width, height = region.outer - region.inner, region.high - region.low
-    nr = max(1, round(width / spacing))
-    nz = max(1, round(height / spacing))
-    return _Grid(nz=nz, nr=nr, dz=height / nz, dr=width / nr)
+    nz, nr, dz, dr = grid(region, spacing)
+    r = region.inner + (np.arange(nr, dtype=np.float64) + 0.5) * dr
+    z = region.low + (np.arange(nz, dtype=np.float64) + 0.5) * dz
+    return _Lattice(r=np.tile(r, nz), z=np.repeat(z, nr), area=dr * dz)

@@ -35,6 +35,7 @@ from mpisph.errors import (
     Problem,
     UnstableError,
 )
+from mpisph.estimate import check_memory
 from mpisph.files import write_text
 from mpisph.guard import Guard
 from mpisph.history import History, kept_history
@@ -98,13 +99,15 @@ def run(
     Raises
     ------
     CaseError
-        On all ranks, if the folder holds a run of another case.
+        On all ranks, if the folder holds a run of another case, or if the particles
+        would not fit into the nodes' memory.
     MpisphError
         On all ranks, if another run is at work in the folder, or if it holds files of a
         run but no status.
     OSError
         On all ranks, if a file cannot be written.
     """
+    check_memory(case, comm)
     on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
     session = _Session(comm, folder, console, guard)
     with FolderLock(comm, folder):
@@ -139,6 +142,7 @@ def resume(
         See `run`; also where the folder holds no run.
     """
     case = from_root(comm, lambda: _case_in(folder))
+    check_memory(case, comm)
     session = _Session(comm, folder, console, guard)
     with FolderLock(comm, folder):
         status = from_root(comm, lambda: read_status(folder))

@@ -7,6 +7,10 @@ import pytest
 
 # Compiling takes long, and all ranks must draw the same examples.
 hypothesis.settings.register_profile("mpisph", deadline=None, derandomize=True)
+# Looks for new mistakes: --hypothesis-profile=soak
+hypothesis.settings.register_profile(
+    "soak", deadline=None, derandomize=False, max_examples=3000
+)
 hypothesis.settings.load_profile("mpisph")
 
 

@@ -8,7 +8,8 @@ from launch import CASES, environment
 from mpi4py import MPI
 
 from mpisph.case import load_case
-from mpisph.estimate import RANK_BYTES, estimate
+from mpisph.errors import CaseError
+from mpisph.estimate import RANK_BYTES, check_memory, estimate
 from mpisph.geometry import discretise
 from mpisph.run import run
 
@@ -56,3 +57,50 @@ def test_every_rank_brings_its_own_libraries():
     assert four.memory - one.memory == 3 * RANK_BYTES
     assert "4 ranks" in four.text()
     assert str(four.particles) in four.text()
+
+
+@pytest.mark.mpi(min_size=1)
+@pytest.mark.parametrize(
+    ("overrides", "key"),
+    [
+        (["resolution.npr=2000"], "resolution.npr"),
+        (["resolution.npr=", "resolution.spacing=2 um"], "resolution.spacing"),
+    ],
+)
+def test_a_case_beyond_the_memory_is_refused_on_all_ranks(monkeypatch, overrides, key):
+    """All ranks are on one node here; the last one may use less than the others."""
+    comm = MPI.COMM_WORLD
+    case = load_case(SHOT, overrides)
+    # 750 bytes for each particle, or 93 for each particle on every rank.
+    each = max(750, 93 * comm.size)
+    needed = comm.size * RANK_BYTES + estimate(case, 1).particles * each
+    enough, short = round(1.05 * needed), round(0.95 * needed)
+    monkeypatch.setattr("mpisph.estimate.total_memory", lambda: enough)
+    check_memory(case, comm)
+    mine = short if comm.rank == comm.size - 1 else enough
+    monkeypatch.setattr("mpisph.estimate.total_memory", lambda: mine)
+    with pytest.raises(CaseError) as caught:
+        check_memory(case, comm)
+    (problem,) = caught.value.problems
+    assert problem.key == key
+    assert f"on a node of {short / 2**30:.3g} GiB" in problem.expected
+    assert set(comm.allgather(str(caught.value))) == {str(caught.value)}
+
+
+@pytest.mark.mpi(min_size=2)
+def test_a_node_needs_memory_for_its_own_ranks_alone(monkeypatch):
+    comm = MPI.COMM_WORLD
+
+    class Alone(MPI.Intracomm):
+        """Every rank is alone on its node."""
+
+        def Split_type(self, kind):  # noqa: N802
+            assert kind == MPI.COMM_TYPE_SHARED
+            return self.Split(self.rank)
+
+    case = load_case(SHOT, ["resolution.npr=500"])
+    too_little = 0.9 * estimate(case, comm.size).memory
+    monkeypatch.setattr("mpisph.estimate.total_memory", lambda: too_little)
+    check_memory(case, Alone(comm))
+    with pytest.raises(CaseError):
+        check_memory(case, comm)

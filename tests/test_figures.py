@@ -250,3 +250,9 @@ def test_a_case_without_a_plate_or_a_cloud(tmp_path, drawn):
     case = load_case(path)
     axes = draw(tmp_path, case, drawn)
     assert vertical_lines(axes) == []
+
+
+@pytest.mark.parametrize("title", ["$\\frac{", "a $ or $5", "\\alpha & #1 % _x ^2"])
+def test_a_title_is_drawn_as_it_stands(tmp_path, case, drawn, title):
+    axes = draw(tmp_path, case.model_copy(update={"title": title}), drawn)
+    assert axes.get_title(loc="left").splitlines()[0] == title

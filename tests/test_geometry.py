@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from mpisph.case import case_from_dict
-from mpisph.errors import CaseError
-from mpisph.geometry import discretise, particle_count
+from mpisph.case.counts import particle_count
+from mpisph.geometry import discretise
 
 RHO = 2710.0
 
@@ -141,14 +141,26 @@ def test_bodies_are_symmetric_about_their_middle():
 def test_estimate_is_near_the_count(npr):
     case = make([sphere(position=-0.005), plate(), shell(position=0.05)], npr=npr)
     count = discretise(case).id.size
-    assert particle_count(case) == pytest.approx(count, rel=0.02)
+    assert particle_count(case.bodies, case.spacing) == pytest.approx(count, rel=0.02)
 
 
-def test_absurd_sizes_are_estimated_and_refused():
-    case = make([sphere(position=-0.005), plate()], spacing="1 pm")
-    assert particle_count(case) > 10**18
-    with pytest.raises(CaseError, match="expected at most"):
-        discretise(case)
+@pytest.mark.parametrize("inner", [0.0, 0.2e-3, 2.13e-3, 4.4e-3])
+@pytest.mark.parametrize("npr", [10, 17, 50])
+def test_round_bodies_take_every_lattice_point_within(inner, npr):
+    body = shell(inner_radius=inner) if inner else sphere()
+    p = discretise(make([body], npr=npr))
+    half = (np.arange(-npr, npr) + 0.5) * 0.005 / npr
+    z, r = (a.ravel() for a in np.meshgrid(half, half[npr:], indexing="ij"))
+    within = (np.hypot(r, z) >= inner) & (np.hypot(r, z) <= 0.005)
+    np.testing.assert_allclose(p.r, r[within], rtol=1e-14)
+    np.testing.assert_allclose(p.z, z[within], rtol=1e-14)
+
+
+def test_a_thin_shell_takes_little_memory():
+    # The square around it has 2e10 lattice points.
+    body = shell(outer_radius=1.0, inner_radius=0.99998)
+    p = discretise(make([body], spacing=1e-5))
+    assert p.id.size == pytest.approx(np.pi * 2e5, rel=0.01)
 
 
 @pytest.mark.parametrize("inner", [1e-5, 0.3333e-3, 1.9e-3])

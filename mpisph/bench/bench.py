@@ -22,7 +22,6 @@ from mpisph.bench.startup import measure_start_up
 from mpisph.case import Case, load_case
 from mpisph.collectives import on_root
 from mpisph.compiled import run_tiny_case, warm_up
-from mpisph.geometry import check_count
 from mpisph.provenance import cpu_model, git_revision, versions
 from mpisph.simulation import start
 
@@ -167,12 +166,10 @@ def _scenes(
 def _load(case_file: Path, comm: MPI.Intracomm, npr: int) -> Case:
     """Read the case on rank 0, for all ranks."""
     cases: list[Case] = []
-
-    def load() -> None:
-        cases.append(load_case(case_file, [f"resolution.npr={npr}"]))
-        check_count(cases[0])
-
-    on_root(comm, load)
+    on_root(
+        comm,
+        lambda: cases.append(load_case(case_file, [f"resolution.npr={npr}"])),
+    )
     cases = comm.bcast(cases)
     return cases[0]
 

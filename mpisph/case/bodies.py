@@ -10,8 +10,8 @@ from pydantic import Field
 from mpisph.materials.quantities import (
     FrozenModel,
     Identifier,
-    Length,
     NonNegativeLength,
+    Position,
     PositiveLength,
     Velocity,
 )
@@ -26,13 +26,16 @@ __all__ = [
     "Region",
     "Sphere",
     "SphericalShell",
+    "extent",
     "regions_overlap",
 ]
 
 EquationOfState = Literal["mie-grueneisen", "linear", "tillotson"]
 
-# Faces that coincide up to rounding touch; they do not overlap.
+# Faces that coincide up to rounding touch; they do not overlap. The first is a fraction
+# of the smaller body, the second of the coordinates that were rounded.
 _TOUCHING = 1e-9
+_ROUNDING = 1e-15
 
 
 class Annulus(NamedTuple):
@@ -62,9 +65,9 @@ class _BodyBase(FrozenModel):
     """Name of the body, unique in the case."""
     material: Identifier
     """Material card, or a name of the case's own materials."""
-    velocity: Annotated[Velocity, Field(ge=-1e6, le=1e6)] = 0.0
+    velocity: Velocity = 0.0
     """Initial velocity along +z."""
-    position: Length = 0.0
+    position: Position = 0.0
     """Axial position: the centre of a sphere or shell, else the lowest z."""
     eos: EquationOfState | None = None
     """Equation of state of this body; the scheme's, if left out."""
@@ -180,7 +183,8 @@ def regions_overlap(one: Region, other: Region) -> bool:
     bool
         True where the bodies would occupy the same space.
     """
-    tolerance = _TOUCHING * max(one.outer, other.outer)
+    size = min(one.outer, other.outer)
+    tolerance = _TOUCHING * size + _ROUNDING * max(extent(one), extent(other))
     if isinstance(one, Rectangle):
         if isinstance(other, Rectangle):
             return _rectangles_overlap(one, other, tolerance)
@@ -188,6 +192,13 @@ def regions_overlap(one: Region, other: Region) -> bool:
     if isinstance(other, Rectangle):
         return _annulus_meets_rectangle(one, other, tolerance)
     return _annuli_overlap(one, other, tolerance)
+
+
+def extent(region: Region) -> float:
+    """Return the largest of the coordinates r and |z| of a section [m]."""
+    if isinstance(region, Annulus):
+        return abs(region.centre) + region.outer
+    return max(abs(region.low), abs(region.high), region.outer)
 
 
 def _rectangles_overlap(a: Rectangle, b: Rectangle, tolerance: float) -> bool:

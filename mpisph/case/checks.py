@@ -2,89 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 
-from mpisph.case.bodies import (
-    Body,
-    Cylinder,
-    EquationOfState,
-    Plate,
-    Sphere,
-    SphericalShell,
-    regions_overlap,
-)
-from mpisph.case.sections import Measured, Output, Resolution, Scheme, TimeStepping
+from mpisph.case.bodies import EquationOfState, Plate, SphericalShell, regions_overlap
+from mpisph.case.parts import Finding, Key, Parts, default_reference
+from mpisph.case.size_checks import SIZE_RULES
 from mpisph.case.times import requested_times
-from mpisph.materials import Material, card_names
+from mpisph.materials import card_names
 from mpisph.materials.library import nearest_quoted
 
-__all__ = [
-    "Finding",
-    "Key",
-    "Parts",
-    "default_plate",
-    "default_reference",
-    "find_problems",
-    "find_spacing",
-]
-
-Key = tuple[str | int, ...]
-
-_MOST_SNAPSHOTS = 100_000
-
-
-class Finding(NamedTuple):
-    """A broken rule: the key to blame, what was expected, and a guess."""
-
-    key: Key
-    expected: str
-    suggestion: str | None = None
-
-
-class Parts(NamedTuple):
-    """The parts of a case, with None for each one that is itself invalid.
-
-    Rules skip what they cannot judge, so that one mistake is reported once
-    while everything else in the file is still checked.
-    """
-
-    names: Sequence[str | None]
-    material_names: Sequence[str | None]
-    bodies: Sequence[Body | None]
-    resolution: Resolution | None
-    scheme: Scheme | None
-    output: Output | None
-    measured: Measured | None
-    time: TimeStepping | None
-    materials: Mapping[str, Material | None]
-    measured_invalid: bool = False
-
-
-def default_reference(bodies: Sequence[Body | None]) -> str | None:
-    """Return the name of the first sphere or shell, or None."""
-    round_bodies = (b for b in bodies if isinstance(b, Sphere | SphericalShell))
-    return next((body.name for body in round_bodies), None)
-
-
-def default_plate(bodies: Sequence[Body | None]) -> str | None:
-    """Return the name of the first plate, or None."""
-    return next((body.name for body in bodies if isinstance(body, Plate)), None)
-
-
-def find_spacing(resolution: Resolution, bodies: Sequence[Body | None]) -> float | None:
-    """Return the particle spacing [m], or None where it is undetermined."""
-    if resolution.spacing is not None or resolution.npr is None:
-        return resolution.spacing
-    reference = resolution.reference or default_reference(bodies)
-    for body in bodies:
-        if body is not None and body.name == reference:
-            return body.reference_radius / resolution.npr
-    return None
+__all__ = ["find_problems"]
 
 
 def find_problems(parts: Parts) -> list[Finding]:
-    """Return every broken rule, in the order of the sections.
+    """Return every broken rule.
 
     Parameters
     ----------
@@ -101,13 +32,13 @@ def find_problems(parts: Parts) -> list[Finding]:
         _check_sizes,
         _check_overlaps,
         _check_resolution,
-        _check_wall_thickness,
         _check_materials,
         _check_tillotson,
         _check_measured_plate,
+        _check_clock,
         _check_time_step,
         _check_end,
-        _check_output,
+        *SIZE_RULES,
     )
     return [finding for rule in rules for finding in rule(parts)]
 
@@ -183,26 +114,6 @@ def _check_known_body(
         yield Finding(key, expected, nearest_quoted(name, known))
 
 
-def _check_wall_thickness(parts: Parts) -> Iterator[Finding]:
-    """Require walls in which at least one particle fits."""
-    if parts.resolution is None:
-        return
-    spacing = find_spacing(parts.resolution, parts.bodies)
-    for i, body in enumerate(parts.bodies):
-        if body is None or spacing is None:
-            continue
-        wall = body.region.outer - body.region.inner
-        # A plate gets one ring of cells at least; a round body needs a lattice point,
-        # and has one in the row nearest to its centre if the wall is a spacing thick.
-        least = 0.5 * spacing if isinstance(body, Plate | Cylinder) else spacing
-        if 0.0 < wall < least:
-            yield Finding(
-                ("bodies", i),
-                f'the wall of "{body.name}" ({wall:g} m) is thinner than the '
-                f"particle spacing ({spacing:g} m)",
-            )
-
-
 def _check_materials(parts: Parts) -> Iterator[Finding]:
     """Require known materials."""
     known = sorted({*card_names(), *parts.materials})
@@ -249,6 +160,19 @@ def _check_measured_plate(parts: Parts) -> Iterator[Finding]:
         )
 
 
+def _check_clock(parts: Parts) -> Iterator[Finding]:
+    """Require that no exposure was made before the first contact."""
+    if parts.measured is None or not parts.measured.exposures:
+        return
+    earliest = min(exposure.time for exposure in parts.measured.exposures)
+    if earliest + parts.measured.clock_offset <= 0.0:
+        yield Finding(
+            ("measured", "clock_offset"),
+            f"expected more than {-earliest:g} s, for the first exposure is at "
+            f"{earliest:g} s",
+        )
+
+
 def _check_time_step(parts: Parts) -> Iterator[Finding]:
     """Require the size of a fixed step."""
     if parts.time is not None and parts.time.step == "fixed" and parts.time.dt is None:
@@ -274,16 +198,3 @@ def _check_end(parts: Parts) -> Iterator[Finding]:
             yield Finding(
                 ("output", "times", i), f"expected at most time.end = {end:g} s"
             )
-
-
-def _check_output(parts: Parts) -> Iterator[Finding]:
-    """Require a sensible number of snapshots."""
-    if parts.output is None or parts.output.every is None or parts.time is None:
-        return
-    asked = requested_times(parts.output, parts.measured)
-    end = parts.time.end or max(asked, default=0.0)
-    if end / parts.output.every > _MOST_SNAPSHOTS:
-        yield Finding(
-            ("output", "every"),
-            f"expected at most {_MOST_SNAPSHOTS} snapshots up to {end:g} s",
-        )

@@ -11,15 +11,29 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from mpisph.case.checks import Key
 from mpisph.case.model import Case
 from mpisph.case.overrides import apply_override
-from mpisph.case.positions import line_numbers
-from mpisph.case.problems import Origins, case_problems
+from mpisph.case.parts import Key
+from mpisph.case.positions import deep_line, line_numbers
+from mpisph.case.printing import printable
+from mpisph.case.problems import (
+    BEYOND_64_BITS,
+    Origins,
+    case_problems,
+    integer_problems,
+)
 from mpisph.errors import CaseError, Problem
 from mpisph.materials.library import nearest
 
 __all__ = ["case_from_dict", "load_case"]
+
+_LARGEST_FILE = 1_000_000
+_LONGEST_SHOWN = 80
+
+_TOO_DEEP = "arrays, tables or keys are nested too deeply"
+
+# What Python does not convert, for it takes a time that grows as the square.
+_LONG_INTEGER = re.compile(r"[0-9_]{4300}")
 
 _TOML_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 
@@ -82,6 +96,9 @@ def case_from_dict(data: Mapping[str, Any]) -> Case:
 
 
 def _build(data: Mapping[str, Any], origins: Origins, problems: list[Problem]) -> Case:
+    long_integers = integer_problems(data, origins)
+    if long_integers:
+        raise CaseError(problems + long_integers)
     try:
         case = Case.model_validate(data)
     except ValidationError as error:
@@ -94,7 +111,8 @@ def _build(data: Mapping[str, Any], origins: Origins, problems: list[Problem]) -
 
 def _read(path: Path) -> str:
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            content = file.read(_LARGEST_FILE + 1)
     except FileNotFoundError:
         raise CaseError([_missing_file(path)]) from None
     except IsADirectoryError:
@@ -104,6 +122,9 @@ def _read(path: Path) -> str:
         reason = getattr(error, "strerror", None) or error
         problem = Problem(f"cannot be read: {reason}", file=str(path))
         raise CaseError([problem]) from None
+    if len(content) > _LARGEST_FILE:
+        text = f"is larger than {_LARGEST_FILE} bytes; expected a case file"
+        raise CaseError([Problem(text, file=str(path))])
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -126,13 +147,23 @@ def _missing_file(path: Path) -> Problem:
 
 
 def _parse(text: str, file: str) -> dict[str, Any]:
+    line = deep_line(text)
+    if line is not None:
+        raise CaseError([Problem(_TOO_DEEP, file=file, line=line)])
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise CaseError([_syntax_problem(str(error), text, file)]) from None
-    except RecursionError:
-        problem = Problem("arrays or tables are nested too deeply", file=file)
-        raise CaseError([problem]) from None
+    except RecursionError:  # of a text that is no TOML, which `deep_line` forgives
+        raise CaseError([Problem(_TOO_DEEP, file=file)]) from None
+    except ValueError:
+        raise CaseError([_long_integer(text, file)]) from None
+
+
+def _long_integer(text: str, file: str) -> Problem:
+    place = _LONG_INTEGER.search(text)
+    line = text.count("\n", 0, place.start()) + 1 if place else None
+    return Problem(BEYOND_64_BITS, file=file, line=line)
 
 
 def _syntax_problem(message: str, text: str, file: str) -> Problem:
@@ -140,14 +171,15 @@ def _syntax_problem(message: str, text: str, file: str) -> Problem:
     place = _TOML_PLACE.search(message)
     reason = _TOML_PLACE.sub("", message)
     reason = reason[:1].lower() + reason[1:]
-    lines = text.splitlines() or [""]
+    lines = text.removesuffix("\n").split("\n")
     number, column = len(lines), None
     if place is not None and place.group(1):
         number, column = int(place.group(1)), place.group(2)
-    shown = lines[min(number, len(lines)) - 1].strip()
+    number = min(number, len(lines))
+    shown = printable(lines[number - 1].strip(), _LONGEST_SHOWN)
     where = f" at column {column}" if column else " at the end of the file"
     return Problem(
-        f"this is not valid TOML: {reason}{where}",
+        f"this is not valid TOML: {printable(reason, _LONGEST_SHOWN)}{where}",
         file=file,
         line=number,
         value=f"`{shown}`" if shown else None,

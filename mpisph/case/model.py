@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import tomli_w
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from mpisph.case.bodies import Body, EquationOfState, Plate
-from mpisph.case.checks import (
-    Parts,
-    default_plate,
-    default_reference,
-    find_problems,
-    find_spacing,
-)
+from mpisph.case.checks import find_problems
+from mpisph.case.parts import Parts, default_plate, default_reference, find_spacing
 from mpisph.case.sections import (
     Checkpoints,
     Limits,
@@ -29,9 +24,12 @@ from mpisph.case.sections import (
 from mpisph.case.times import merge_times, periodic_times, requested_times
 from mpisph.materials import Material, card_names
 from mpisph.materials.library import card_data
-from mpisph.materials.quantities import FrozenModel
+from mpisph.materials.quantities import FrozenModel, Identifier, Title
 
-__all__ = ["Case", "MaterialEntry", "merge_materials"]
+__all__ = ["MOST", "Case", "MaterialEntry", "merge_materials"]
+
+MOST = 100
+"""Bodies of a case, and materials."""
 
 
 class MaterialEntry(NamedTuple):
@@ -49,9 +47,9 @@ class Case(FrozenModel):
     resolved when it is made.
     """
 
-    title: str
+    title: Title
     """What the case is, in one line."""
-    bodies: tuple[Body, ...]
+    bodies: Annotated[tuple[Body, ...], Field(max_length=MOST)]
     """The bodies, in the order in which their particles are numbered."""
     resolution: Resolution
     """Particle spacing and smoothing length."""
@@ -69,7 +67,7 @@ class Case(FrozenModel):
     """How the particles are shared among the ranks."""
     checkpoints: Checkpoints = Checkpoints()
     """When a run writes checkpoints."""
-    materials: dict[str, Material] = Field(default_factory=dict)
+    materials: dict[Identifier, Material] = Field(default_factory=dict, max_length=MOST)
     """Materials by name; a partial one takes the rest from the card of its name."""
 
     @model_validator(mode="before")

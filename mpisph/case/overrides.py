@@ -5,11 +5,23 @@ from __future__ import annotations
 import tomllib
 from typing import Any
 
-from mpisph.case.checks import Key
+from mpisph.case.parts import Key
+from mpisph.case.positions import deep_line
+from mpisph.case.printing import printable
 from mpisph.errors import Problem
 from mpisph.materials.library import nearest
 
-__all__ = ["apply_override"]
+__all__ = ["apply_override", "override_place"]
+
+_LONGEST_OVERRIDE = 100_000
+_MOST_PARTS = 20
+_LONGEST_PLACE = 200
+_LONGEST_SENTENCE = 500
+
+
+def override_place(text: str) -> str:
+    """Return how messages name an override, in the place of file and line."""
+    return f"--set {printable(text, _LONGEST_PLACE)}"
 
 
 class _OverrideError(Exception):
@@ -40,19 +52,33 @@ def apply_override(data: dict[str, Any], text: str) -> tuple[Key, Problem | None
     problem : Problem or None
         Why the override could not be applied.
     """
-    name, separator, value = text.partition("=")
-    key = name.strip()
     try:
-        if not separator or not all(part.strip() for part in key.split(".")):
-            raise _OverrideError("expected key=value, such as time.end=6us")
-        return _assign(data, [part.strip() for part in key.split(".")], value), None
+        parts, value = _split(text)
+        return _assign(data, parts, value), None
     except _OverrideError as error:
         problem = Problem(
-            file=f"--set {text}",
-            expected=error.expected,
+            file=override_place(text),
+            expected=printable(error.expected, _LONGEST_SENTENCE),
             suggestion=error.suggestion,
         )
         return (), problem
+
+
+def _split(text: str) -> tuple[list[str], str]:
+    """Return the parts of the key, and the value as it stands."""
+    if len(text) > _LONGEST_OVERRIDE:
+        raise _OverrideError(f"expected at most {_LONGEST_OVERRIDE} characters")
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError:
+        raise _OverrideError("expected UTF-8") from None
+    name, separator, value = text.partition("=")
+    parts = [part.strip() for part in name.split(".")]
+    if not separator or not all(parts):
+        raise _OverrideError("expected key=value, such as time.end=6us")
+    if len(parts) > _MOST_PARTS:
+        raise _OverrideError(f"expected a key of at most {_MOST_PARTS} parts")
+    return parts, value
 
 
 def _assign(data: dict[str, Any], parts: list[str], value: str) -> Key:
@@ -80,8 +106,9 @@ def _step(table: Any, part: str, path: Key) -> str | int:
     where = ".".join(map(str, path))
     if not isinstance(table, list):
         raise _OverrideError(f"{where} is no table, so it has no key {part}")
-    if part.isdecimal() and int(part) < len(table):
-        return int(part)
+    indices = list(map(str, range(len(table))))
+    if part in indices:
+        return indices.index(part)
     names = [e["name"] for e in table if isinstance(e, dict) and "name" in e]
     if part in names:
         return names.index(part)
@@ -100,8 +127,11 @@ def _remove(table: Any, step: str | int) -> None:
 
 
 def _parse_value(text: str) -> Any:
+    document = f"value = {text.strip()}"
+    if deep_line(document) is not None:
+        raise _OverrideError("arrays or tables are nested too deeply")
     try:
-        parsed = tomllib.loads(f"value = {text.strip()}")
-    except tomllib.TOMLDecodeError:
+        parsed = tomllib.loads(document)
+    except (ValueError, RecursionError):  # a ValueError may be a number too long
         return text.strip()
     return parsed["value"] if len(parsed) == 1 else text.strip()

@@ -8,9 +8,40 @@ from functools import lru_cache
 import tree_sitter
 import tree_sitter_toml
 
-from mpisph.case.checks import Key
+from mpisph.case.parts import Key
 
-__all__ = ["line_numbers"]
+__all__ = ["deep_line", "line_numbers"]
+
+_DEEPEST = 100
+"""Levels of a document's tree. A case needs some ten; tomllib takes a time that grows
+as the square of a key's parts."""
+
+
+def deep_line(text: str) -> int | None:
+    """Return the first line of a document that is nested absurdly deep, or None.
+
+    Parameters
+    ----------
+    text : str
+        Any text: what is no TOML is looked at as far as it can be.
+
+    Returns
+    -------
+    int or None
+        Line, counted from 1.
+    """
+    cursor = _parse(text).walk()
+    depth = 0
+    while True:
+        if cursor.goto_first_child():
+            depth += 1
+            if depth > _DEEPEST and cursor.node is not None:
+                return _line(cursor.node)
+            continue
+        while not cursor.goto_next_sibling():
+            if not cursor.goto_parent():
+                return None
+            depth -= 1
 
 
 def line_numbers(text: str) -> dict[Key, int]:
@@ -19,7 +50,7 @@ def line_numbers(text: str) -> dict[Key, int]:
     Parameters
     ----------
     text : str
-        A valid TOML document.
+        A valid TOML document, without a `deep_line`.
 
     Returns
     -------
@@ -27,7 +58,7 @@ def line_numbers(text: str) -> dict[Key, int]:
         Lines, counted from 1, by key: tuples of table keys and array indices,
         as in ``("bodies", 0, "radius")``.
     """
-    root = _parser().parse(text.encode("utf-8")).root_node
+    root = _parse(text).root_node
     lines: dict[Key, int] = {}
     lengths: dict[Key, int] = {}
     for node in root.named_children:
@@ -36,6 +67,10 @@ def line_numbers(text: str) -> dict[Key, int]:
         elif node.type in {"table", "table_array_element"}:
             _add_table(node, lines, lengths)
     return lines
+
+
+def _parse(text: str) -> tree_sitter.Tree:
+    return _parser().parse(text.encode("utf-8"))
 
 
 @lru_cache(maxsize=1)

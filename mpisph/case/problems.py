@@ -11,16 +11,27 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from mpisph.case.bodies import Body
-from mpisph.case.checks import Finding, Key, Parts, find_problems
-from mpisph.case.model import Case, merge_materials
+from mpisph.case.checks import find_problems
+from mpisph.case.model import MOST, Case, merge_materials
+from mpisph.case.overrides import override_place
+from mpisph.case.parts import Finding, Key, Parts
+from mpisph.case.printing import printable
 from mpisph.case.schema import field_schema
 from mpisph.errors import Problem
 from mpisph.materials import Material, card_names
 from mpisph.materials.library import nearest, nearest_quoted
+from mpisph.materials.quantities import Identifier
 
-__all__ = ["Origins", "case_problems"]
+__all__ = ["BEYOND_64_BITS", "Origins", "case_problems", "integer_problems"]
+
+BEYOND_64_BITS = "a whole number beyond the 64 bits of TOML"
 
 _LONGEST_VALUE = 60
+_LONGEST_KEY = 200
+_LONGEST_SENTENCE = 2000
+
+_MOST_MISTAKES = 1000
+"""More than these are only counted: a text that is no case could make any number."""
 
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
@@ -28,6 +39,7 @@ _BOUNDS = {
     "less_than": ("lt", "less than"),
     "less_than_equal": ("le", "at most"),
 }
+_LENGTHS = {"string_too_long": "characters", "too_long": "elements"}
 _TYPES = {
     "bool_type": "expected true or false",
     "int_type": "expected a whole number",
@@ -40,6 +52,10 @@ _TYPES = {
         "expected letters, digits, - and _, beginning with a letter"
     ),
 }
+
+_BODY: TypeAdapter[Any] = TypeAdapter(Body)
+_MATERIAL = TypeAdapter(Material)
+_IDENTIFIER: TypeAdapter[str] = TypeAdapter(Identifier)
 
 
 class Origins(NamedTuple):
@@ -68,11 +84,11 @@ class Origins(NamedTuple):
             for changed, text in self.overrides.items():
                 # The override has made this table on the way to its own key.
                 if changed[: len(key)] == key:
-                    return f"--set {text}", None
+                    return override_place(text), None
         for length in range(len(key), 0, -1):
             prefix = key[:length]
             if prefix in self.overrides:
-                return f"--set {self.overrides[prefix]}", None
+                return override_place(self.overrides[prefix]), None
             if prefix in self.lines:
                 return self.file, self.lines[prefix]
         return self.file, None
@@ -97,9 +113,54 @@ def case_problems(
     list of Problem
         Mistakes in single fields and broken rules between the parts, by line.
     """
-    details = [detail for detail in error.errors() if detail["loc"]]
-    findings = _field_findings(details, data)
+    everything = error.errors()
+    details = [detail for detail in everything if detail["loc"]]
+    findings = _field_findings(details[:_MOST_MISTAKES], data)
     findings += find_problems(_valid_parts(data))
+    # The model applies the same rules; what it alone has found is said in its words.
+    findings = findings or [Finding((), detail["msg"]) for detail in everything]
+    problems = _as_problems(findings, data, origins)
+    if len(details) > _MOST_MISTAKES:
+        text = f"and {len(details) - _MOST_MISTAKES} more mistakes"
+        problems.append(Problem(text, file=origins.file))
+    return problems
+
+
+def integer_problems(data: Mapping[str, Any], origins: Origins) -> list[Problem]:
+    """Return the whole numbers of a raw case that are no legal TOML.
+
+    Neither pydantic nor `str` is fit for those that are very long.
+
+    Parameters
+    ----------
+    data : mapping
+        The case as read from TOML, with overrides applied.
+    origins : Origins
+        Where the keys come from.
+
+    Returns
+    -------
+    list of Problem
+        One for each such number, without the number.
+    """
+    keys: list[Key] = []
+    nodes: list[tuple[Key, Any]] = [((), data)]
+    while nodes:
+        key, node = nodes.pop()
+        if isinstance(node, Mapping):
+            nodes += [((*key, step), child) for step, child in node.items()]
+        elif isinstance(node, list | tuple):
+            nodes += [((*key, step), child) for step, child in enumerate(node)]
+        elif isinstance(node, int) and not -(2**63) <= node < 2**63:
+            keys.append(key)
+    findings = [Finding(key, BEYOND_64_BITS) for key in keys[:_MOST_MISTAKES]]
+    return _as_problems(findings, {}, origins)
+
+
+def _as_problems(
+    findings: list[Finding], data: Mapping[str, Any], origins: Origins
+) -> list[Problem]:
+    """Return the problems of all findings, by line."""
     problems = [_as_problem(finding, data, origins) for finding in findings]
     return sorted(problems, key=lambda problem: problem.line or 0)
 
@@ -107,12 +168,12 @@ def case_problems(
 def _as_problem(finding: Finding, data: Any, origins: Origins) -> Problem:
     file, line = origins.place(finding.key)
     return Problem(
-        expected=finding.expected,
+        expected=printable(finding.expected, _LONGEST_SENTENCE),
         file=file,
         line=line,
-        key=".".join(map(str, finding.key)),
+        key=printable(".".join(map(str, finding.key)), _LONGEST_KEY),
         value=_value_text(data, finding.key),
-        suggestion=finding.suggestion,
+        suggestion=finding.suggestion and printable(finding.suggestion, _LONGEST_KEY),
     )
 
 
@@ -129,7 +190,7 @@ def _value_text(data: Any, key: Key) -> str | None:
         text = json.dumps(data, ensure_ascii=False)
     else:
         text = str(data)
-    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+    return printable(text, _LONGEST_VALUE)
 
 
 def _field_findings(details: list[ErrorDetails], data: Any) -> list[Finding]:
@@ -178,15 +239,20 @@ def _translate(detail: ErrorDetails, data: Any) -> Finding:
         unit = field_schema(key, data).get("unit", "1")
         bound = f"{context[name]:g}" + ("" if unit == "1" else f" {unit}")
         return Finding(key, f"expected {words} {bound}")
+    if kind in _LENGTHS:
+        most = context["max_length"]
+        return Finding(key, f"expected at most {most} {_LENGTHS[kind]}")
     if kind == "value_error":
         return Finding(key, str(context["error"]))
     return Finding(key, _TYPES.get(kind, detail["msg"]))
 
 
 def _raw_key(location: tuple[int | str, ...]) -> Key:
-    """Drop the shape that pydantic puts behind the index of a body."""
+    """Drop what pydantic adds: the shape of a body, and the mark of a bad key."""
     if location[:1] == ("bodies",) and len(location) > 2:
         return (*location[:2], *location[3:])
+    if location[-1] == "[key]":
+        return location[:-1]
     return location
 
 
@@ -212,40 +278,48 @@ def _choice(choices: list[str]) -> str:
 def _valid_parts(data: Mapping[str, Any]) -> Parts:
     """Return the parts of a raw case that are valid by themselves."""
     bodies = data.get("bodies")
-    if not isinstance(bodies, list | tuple):
+    if not isinstance(bodies, list | tuple) or len(bodies) > MOST:
         bodies = [None]
     measured = _section(data, "measured")
-    materials = merge_materials(data)
-    if not isinstance(materials, Mapping):
-        materials = {}
     return Parts(
-        names=[_string(body, "name") for body in bodies],
-        material_names=[_string(body, "material") for body in bodies],
-        bodies=[_valid(Body, body) for body in bodies],
+        names=[_identifier(body, "name") for body in bodies],
+        material_names=[_identifier(body, "material") for body in bodies],
+        bodies=[_valid(_BODY, body) for body in bodies],
         resolution=_section(data, "resolution"),
         scheme=_section(data, "scheme"),
         output=_section(data, "output"),
         measured=measured,
         time=_section(data, "time"),
-        materials={name: _valid(Material, m) for name, m in materials.items()},
+        materials=_valid_materials(data),
         measured_invalid="measured" in data and measured is None,
     )
+
+
+def _valid_materials(data: Mapping[str, Any]) -> dict[str, Material | None]:
+    materials = merge_materials(data)
+    if not isinstance(materials, Mapping):
+        return {}
+    if len(materials) > MOST:
+        return dict.fromkeys(materials)
+    return {name: _valid(_MATERIAL, table) for name, table in materials.items()}
 
 
 def _section(data: Mapping[str, Any], name: str) -> Any:
     field = Case.model_fields[name]
     if name not in data:
         return None if field.is_required() else field.get_default()
-    return _valid(field.annotation, data[name])
+    annotation: Any = field.annotation
+    return _valid(TypeAdapter(annotation), data[name])
 
 
-def _valid(annotation: Any, value: Any) -> Any:
+def _valid(adapter: TypeAdapter[Any], value: Any) -> Any:
     try:
-        return TypeAdapter(annotation).validate_python(value)
+        return adapter.validate_python(value)
     except ValidationError:
         return None
 
 
-def _string(table: Any, key: str) -> str | None:
+def _identifier(table: Any, key: str) -> str | None:
     value = table.get(key) if isinstance(table, Mapping) else None
-    return value if isinstance(value, str) else None
+    name: str | None = _valid(_IDENTIFIER, value)
+    return name

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from mpisph.case.checks import Key
 from mpisph.case.model import Case
+from mpisph.case.parts import Key
 
 __all__ = ["case_schema", "field_schema"]
 
@@ -62,9 +62,15 @@ def field_schema(key: Key, data: Any) -> dict[str, Any]:
         if isinstance(step, int):
             node = node.get("items", {})
         else:
-            node = properties.get(step, node.get("additionalProperties") or {})
+            node = properties.get(step, _any_property(node))
         data = _child(data, step)
     return {**_resolve(node, data), **node}
+
+
+def _any_property(node: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a table's entries whose names the user chooses."""
+    patterns = list(node.get("patternProperties", {}).values())
+    return patterns[0] if patterns else node.get("additionalProperties") or {}
 
 
 def _resolve(node: dict[str, Any], data: Any) -> dict[str, Any]:

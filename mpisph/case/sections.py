@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, Strict
 
 from mpisph.case.bodies import EquationOfState
 from mpisph.materials.quantities import (
     Count,
     Flag,
+    Fraction,
     FrozenModel,
     Identifier,
     NonNegative,
-    Positive,
+    NonNegativeRatio,
     PositiveLength,
+    PositiveRatio,
     PositiveTime,
     Quantity,
+    Source,
     TensionLimit,
-    Time,
+    TimeOffset,
 )
 
 __all__ = [
@@ -36,19 +39,17 @@ __all__ = [
     "Viscosity",
 ]
 
-_Fraction = Annotated[float, Field(gt=0, le=1), Quantity("")]
-
 
 class Resolution(FrozenModel):
     """Particle spacing and smoothing length; give either `npr` or `spacing`."""
 
-    npr: Count | None = None
+    npr: Annotated[int, Strict(), Field(ge=1, le=1_000_000)] | None = None
     """Number of particles along the radius of the reference body."""
     reference: Identifier | None = None
     """Body whose radius npr divides; by default the first sphere or shell."""
     spacing: PositiveLength | None = None
     """Particle spacing, instead of npr."""
-    nph: Positive = 2.0
+    nph: Annotated[float, Field(ge=0.5, le=10), Quantity("")] = 2.0
     """Initial smoothing length over particle spacing."""
 
 
@@ -59,7 +60,7 @@ class Viscosity(FrozenModel):
     """Coefficient of the term linear in velocity."""
     beta: NonNegative = 2.5
     """Coefficient of the term quadratic in velocity."""
-    epsilon: Positive = 0.001
+    epsilon: Fraction = 0.001
     """Fraction of h^2 that keeps the denominator from vanishing."""
     form: Literal["derived", "printed"] = "derived"
     """Ring-averaged form, or eq (12) as the source paper prints it."""
@@ -104,7 +105,7 @@ class Scheme(FrozenModel):
     """Minimum tensile pressure (R9)."""
     smoothing: Literal["axisymmetric", "classic", "fixed"] = "axisymmetric"
     """Evolution of the smoothing length (R10)."""
-    sound_speed_floor: _Fraction = 0.01
+    sound_speed_floor: Fraction = 0.01
     """Lowest sound speed, as a fraction of the bulk sound speed (R8)."""
 
 
@@ -115,7 +116,7 @@ class TimeStepping(FrozenModel):
     """Time at which the run ends; by default the last requested output time."""
     step: Literal["automatic", "fixed"] = "automatic"
     """Step from the stability limits, or always `dt`."""
-    cfl: _Fraction = 0.3
+    cfl: Annotated[float, Field(ge=1e-4, le=1), Quantity("")] = 0.3
     """Fraction of the stability limits that an automatic step takes."""
     dt: PositiveTime | None = None
     """The fixed step; with automatic steps an upper limit."""
@@ -124,7 +125,7 @@ class TimeStepping(FrozenModel):
 class Output(FrozenModel):
     """What is written, and when."""
 
-    times: tuple[PositiveTime, ...] = ()
+    times: Annotated[tuple[PositiveTime, ...], Field(max_length=1000)] = ()
     """Times of snapshots."""
     every: PositiveTime | None = None
     """Interval of further snapshots."""
@@ -143,39 +144,39 @@ class Exposure(FrozenModel):
     """Measured largest radius R_b of the cloud."""
     length: PositiveLength | None = None
     """Measured length L_b of the cloud, from the plate's original rear face."""
-    source: str
+    source: Source
     """Where the measurement comes from."""
 
 
 class Measured(FrozenModel):
     """Measurements to compare with, and how the cloud is measured (R12)."""
 
-    clock_offset: Time = 0.0
+    clock_offset: TimeOffset = 0.0
     """Time to add to the nominal exposure times, counted from first contact."""
     plate: Identifier | None = None
     """Plate whose rear face L_b counts from; by default the first plate."""
-    min_velocity_fraction: NonNegative = 0.1
+    min_velocity_fraction: Annotated[float, Field(ge=0, le=1), Quantity("")] = 0.1
     """Debris is what moves faster along z than this fraction of the impact velocity."""
-    quantile: _Fraction = 0.99
+    quantile: Fraction = 0.99
     """Mass quantile of the robust measures, which a stray particle does not set."""
-    exposures: tuple[Exposure, ...] = ()
+    exposures: Annotated[tuple[Exposure, ...], Field(max_length=100)] = ()
     """The exposures."""
 
 
 class Limits(FrozenModel):
     """Limits beyond which a run counts as unstable."""
 
-    energy_drift: Positive = 0.05
+    energy_drift: PositiveRatio = 0.05
     """Change of the total energy, relative to its initial value."""
-    density_ratio_max: Annotated[float, Field(gt=1), Quantity("")] = 20.0
+    density_ratio_max: Annotated[float, Field(gt=1, le=1e9), Quantity("")] = 20.0
     """Largest density over the reference density."""
     density_ratio_min: Annotated[float, Field(gt=0, lt=1), Quantity("")] = 1e-9
     """Smallest density over the reference density."""
-    energy_ratio_max: Positive = 50.0
+    energy_ratio_max: PositiveRatio = 50.0
     """Specific internal energy over the largest initial specific kinetic energy."""
     smoothing_ratio_max: Annotated[float, Field(gt=1, le=1e6), Quantity("")] = 1e3
     """Largest factor by which a smoothing length may grow or shrink."""
-    step_ratio_min: Positive = 1e-4
+    step_ratio_min: Fraction = 1e-4
     """Smallest time step over the first one."""
 
 
@@ -186,7 +187,7 @@ class Parallel(FrozenModel):
     """Slabs along z alone, or divided along r as well; by default what is faster."""
     rebalance_every: Count = 5
     """Steps between two looks at the load."""
-    imbalance_threshold: NonNegative = 0.05
+    imbalance_threshold: NonNegativeRatio = 0.05
     """Excess of the largest load over the mean that calls for a new cut."""
 
 

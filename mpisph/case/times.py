@@ -5,12 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from mpisph.case.sections import Measured, Output
+from mpisph.case.sections import Exposure, Measured, Output
 
-__all__ = ["merge_times", "periodic_times", "requested_times"]
+__all__ = ["exposure_times", "merge_times", "periodic_times", "requested_times"]
 
 # Times nearer to each other than this fraction of the run are one and the same.
 _SAME_TIME = 1e-9
+
+
+def exposure_times(exposure: Exposure, measured: Measured) -> tuple[float, float]:
+    """Return the nominal time of an exposure, and that with the clock offset [s]."""
+    return exposure.time, exposure.time + measured.clock_offset
 
 
 def requested_times(output: Output, measured: Measured | None) -> list[float]:
@@ -30,8 +35,8 @@ def requested_times(output: Output, measured: Measured | None) -> list[float]:
     """
     times = list(output.times)
     if measured is not None:
-        nominal = [exposure.time for exposure in measured.exposures]
-        times += nominal + [time + measured.clock_offset for time in nominal]
+        for exposure in measured.exposures:
+            times += exposure_times(exposure, measured)
     return times
 
 

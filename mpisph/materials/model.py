@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
 from mpisph.materials.quantities import (
     Density,
+    Description,
     FrozenModel,
-    NonNegative,
     NonNegativePressure,
     Positive,
     PositivePressure,
-    PositiveVelocity,
     Pressure,
+    Quantity,
+    SoundSpeed,
+    Source,
     SpecificEnergy,
 )
 
@@ -30,7 +32,7 @@ class Sourced(FrozenModel):
     second form is split into the number and an entry of `sources`.
     """
 
-    sources: dict[str, str] = Field(default_factory=dict)
+    sources: dict[str, Source] = Field(default_factory=dict, max_length=100)
     """Where each number comes from, by key."""
 
     @model_validator(mode="before")
@@ -103,21 +105,31 @@ class Material(Sourced):
 
     name: str = Field(default="", max_length=80)
     """Name by which bodies refer to the material."""
-    description: str = ""
+    description: Description = ""
     """What the material is, in words."""
     rho0: Density
     """Reference density."""
-    c0: PositiveVelocity
+    c0: SoundSpeed
     """Bulk sound speed, the intercept of the shock velocity line."""
-    hugoniot_slope: Positive
+    hugoniot_slope: Annotated[float, Field(gt=0, le=20), Quantity("")]
     """Slope k of shock velocity against particle velocity."""
-    gamma0: NonNegative
+    gamma0: Annotated[float, Field(ge=0, le=20), Quantity("")]
     """Grueneisen parameter at the reference density."""
     shear_modulus: NonNegativePressure
     """Shear modulus."""
     yield_strength: NonNegativePressure
-    """Yield strength, constant."""
+    """Yield strength, constant; at most the shear modulus, unless that is zero."""
     bulk_modulus: PositivePressure
     """Bulk modulus of the linear equation of state."""
     tillotson: Tillotson | None = None
     """Constants of the Tillotson equation of state, where they are known."""
+
+    @model_validator(mode="after")
+    def _check_strength(self) -> Material:
+        """Require that a solid yields before it is sheared by its own size."""
+        if 0.0 < self.shear_modulus < self.yield_strength:
+            raise ValueError(
+                f"yield_strength must not exceed shear_modulus = "
+                f"{self.shear_modulus:g} Pa, got {self.yield_strength:g}"
+            )
+        return self

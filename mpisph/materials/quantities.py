@@ -9,13 +9,21 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, Strict
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    Strict,
+)
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 if TYPE_CHECKING:
@@ -24,34 +32,43 @@ if TYPE_CHECKING:
 __all__ = [
     "Count",
     "Density",
+    "Description",
     "Flag",
+    "Fraction",
     "FrozenModel",
     "Identifier",
-    "Length",
     "NonNegative",
     "NonNegativeLength",
     "NonNegativePressure",
+    "NonNegativeRatio",
+    "Position",
     "Positive",
     "PositiveLength",
     "PositivePressure",
+    "PositiveRatio",
     "PositiveTime",
-    "PositiveVelocity",
     "Pressure",
     "Quantity",
+    "SoundSpeed",
+    "Source",
     "SpecificEnergy",
     "TensionLimit",
-    "Time",
+    "TimeOffset",
+    "Title",
     "Velocity",
     "si_value",
 ]
 
-_NUMBER = re.compile(r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_LONGEST = 100
+"""Characters of a quantity; pint takes a units' product apart recursively."""
+
+_NUMBER = re.compile(r"[+-]?([0-9](_?[0-9])*\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _UNIT_NAME = r"(?:[^\W\d_]+|%)"
-_UNIT_FACTOR = rf"{_UNIT_NAME}(?:(?:\*\*|\^)?-?\d)?"
+_UNIT_FACTOR = rf"{_UNIT_NAME}(?:(?:\*\*|\^)?-?[0-9])?"
 # A product or quotient of named units with small powers, as in "kg/m3". Keeping
 # to this form keeps pint from evaluating arbitrary expressions.
 _UNIT = re.compile(rf"{_UNIT_FACTOR}(?:\s*[*/·]\s*{_UNIT_FACTOR}|\s+{_UNIT_FACTOR})*")
-_POWER = re.compile(r"(?<=[^\W\d_])(?:\*\*|\^)?(-?\d)")
+_POWER = re.compile(r"(?<=[^\W\d_])(?:\*\*|\^)?(-?[0-9])")
 
 _DIMENSION_NAMES = {
     "": "a number without a unit",
@@ -149,6 +166,8 @@ def _failure(problem: str, si_unit: str) -> PydanticCustomError:
 
 def _parse(text: str, si_unit: str) -> float:
     """Return the SI value of a string such as ``"6.72 km/s"``."""
+    if len(text) > _LONGEST:
+        raise _failure(f"a string of {len(text)} characters", si_unit)
     text = text.strip()
     if text in {"-inf", "inf", "+inf", "nan"}:
         return float(text)
@@ -161,7 +180,10 @@ def _parse(text: str, si_unit: str) -> float:
     if unit and _UNIT.fullmatch(unit) is None:
         raise _failure(f"cannot read the unit {unit!r}", si_unit)
     factor = _checked_factor(unit, si_unit) if unit else Decimal(1)
-    return float(Decimal(number.group().replace("_", "")) * factor)
+    try:
+        return float(Decimal(number.group().replace("_", "")) * factor)
+    except ArithmeticError:  # the exponent is beyond what Decimal takes
+        raise _failure(f"cannot read the number {number.group()}", si_unit) from None
 
 
 def si_value(value: object, si_unit: str, *, minus_infinity: bool = False) -> float:
@@ -231,22 +253,51 @@ class Quantity:
         return {"anyOf": [number, {"type": "string"}], "unit": self.unit or "1"}
 
 
-Flag = Annotated[bool, Strict()]
-Count = Annotated[int, Strict(), Field(ge=1)]
-Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
+def one_line(text: str) -> str:
+    """Return a text unchanged, or refuse line breaks and control characters.
 
-Positive = Annotated[float, Field(gt=0), Quantity("")]
-NonNegative = Annotated[float, Field(ge=0), Quantity("")]
-Length = Annotated[float, Quantity("m")]
-PositiveLength = Annotated[float, Field(gt=0), Quantity("m")]
-NonNegativeLength = Annotated[float, Field(ge=0), Quantity("m")]
-Time = Annotated[float, Quantity("s")]
-PositiveTime = Annotated[float, Field(gt=0), Quantity("s")]
-Velocity = Annotated[float, Quantity("m/s")]
-PositiveVelocity = Annotated[float, Field(gt=0), Quantity("m/s")]
-Pressure = Annotated[float, Quantity("Pa")]
-PositivePressure = Annotated[float, Field(gt=0), Quantity("Pa")]
-NonNegativePressure = Annotated[float, Field(ge=0), Quantity("Pa")]
+    Titles and sources go to terminals, figures and files.
+    """
+    if any(unicodedata.category(c) in {"Cc", "Cs", "Zl", "Zp"} for c in text):
+        raise PydanticCustomError(
+            "one_line", "expected one line without control characters"
+        )
+    return text
+
+
+def not_blank(text: str) -> str:
+    """Return a text unchanged, or refuse one without a visible character."""
+    if not text.strip():
+        raise PydanticCustomError("blank", "expected some text")
+    return text
+
+
+# The bounds leave room for anything that is made of matter, and keep out slips of
+# units and what arithmetic could not bear.
+Flag = Annotated[bool, Strict()]
+Count = Annotated[int, Strict(), Field(ge=1, le=1_000_000_000)]
+Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=80)]
+Description = Annotated[str, Field(max_length=500), AfterValidator(one_line)]
+Source = Annotated[Description, AfterValidator(not_blank)]
+Title = Annotated[
+    str, Field(max_length=200), AfterValidator(one_line), AfterValidator(not_blank)
+]
+
+Positive = Annotated[float, Field(gt=0, le=100), Quantity("")]
+NonNegative = Annotated[float, Field(ge=0, le=100), Quantity("")]
+Fraction = Annotated[float, Field(gt=0, le=1), Quantity("")]
+PositiveRatio = Annotated[float, Field(gt=0, le=1e9), Quantity("")]
+NonNegativeRatio = Annotated[float, Field(ge=0, le=1e9), Quantity("")]
+Position = Annotated[float, Field(ge=-1e6, le=1e6), Quantity("m")]
+PositiveLength = Annotated[float, Field(ge=1e-9, le=1e6), Quantity("m")]
+NonNegativeLength = Annotated[float, Field(ge=0, le=1e6), Quantity("m")]
+PositiveTime = Annotated[float, Field(ge=1e-15, le=1e6), Quantity("s")]
+TimeOffset = Annotated[float, Field(ge=-1, le=1), Quantity("s")]
+Velocity = Annotated[float, Field(ge=-1e6, le=1e6), Quantity("m/s")]
+SoundSpeed = Annotated[float, Field(ge=1, le=1e6), Quantity("m/s")]
+Pressure = Annotated[float, Field(ge=-1e15, le=1e15), Quantity("Pa")]
+PositivePressure = Annotated[float, Field(ge=1, le=1e15), Quantity("Pa")]
+NonNegativePressure = Annotated[float, Field(ge=0, le=1e15), Quantity("Pa")]
 TensionLimit = Annotated[float, Field(le=0), Quantity("Pa", minus_infinity=True)]
-Density = Annotated[float, Field(gt=0), Quantity("kg/m^3")]
-SpecificEnergy = Annotated[float, Field(gt=0), Quantity("J/kg")]
+Density = Annotated[float, Field(ge=1e-3, le=1e6), Quantity("kg/m^3")]
+SpecificEnergy = Annotated[float, Field(ge=1, le=1e15), Quantity("J/kg")]

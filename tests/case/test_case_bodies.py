@@ -35,6 +35,16 @@ def test_known_pairs(one, other, expected):
     assert regions_overlap(other, one) is expected
 
 
+@pytest.mark.parametrize("far", [0.0, -7.7e2, 3.3e5])
+def test_touching_is_told_from_overlapping_at_all_sizes(far):
+    """A grain on a plate a million times as wide, here and far from the origin."""
+    plate = Rectangle(0.0, 1.0, far, far + 1e-3)
+    grain = 1e-6
+    assert not regions_overlap(plate, Annulus(0.0, grain, far - grain))
+    assert regions_overlap(plate, Annulus(0.0, grain, far - 0.99 * grain))
+    assert regions_overlap(plate, Annulus(0.0, grain, far + 0.5e-3))
+
+
 def inside(region, r, z):
     if isinstance(region, Rectangle):
         in_z = (region.low < z) & (z < region.high)

@@ -75,6 +75,30 @@ def test_typos_name_the_override_and_the_nearest_key(path):
 
 
 @pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("title=" + "[" * 300 + "]" * 300, "nested too deeply"),
+        ("title=" + "9" * 5000, "at most 200 characters"),
+        ("time.end=" + "9" * 5000, "a string of 5000 characters"),
+        (".".join("a" * 30) + "=1", "a key of at most 20 parts"),
+        ("title=" + "x" * 200_000, "expected at most 100000 characters"),
+        ("bodies." + "9" * 5000 + ".velocity=1", "has no element"),
+        ("bodies.\u00b2.velocity=1", "has no element"),
+        ("title=a\udcffb", "expected UTF-8"),
+        ("title=a\n[b]\nc=1", "one line without control characters"),
+    ],
+)
+def test_absurd_overrides_are_told_on_one_short_line(path, override, message):
+    with pytest.raises(CaseError) as caught:
+        load_case(path, [override])
+    (problem,) = caught.value.problems
+    assert problem.file.startswith("--set ")
+    assert message in problem.expected
+    assert str(problem).isprintable()
+    assert len(str(problem)) < 1000
+
+
+@pytest.mark.parametrize(
     "override",
     [
         "",

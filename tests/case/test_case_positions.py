@@ -1,4 +1,6 @@
-from mpisph.case.positions import line_numbers
+import pytest
+
+from mpisph.case.positions import deep_line, line_numbers
 
 DOCUMENT = """\
 title = "x"
@@ -45,3 +47,23 @@ def test_every_form_of_key():
 
 def test_empty_document():
     assert line_numbers("") == {}
+
+
+@pytest.mark.parametrize(
+    "deep",
+    [
+        "a = " + "[" * 200 + "]" * 200,
+        "a = " + "{a=" * 200 + "1" + "}" * 200,
+        ".".join("a" * 200) + " = 1",
+        "[" + ".".join("a" * 200) + "]",
+        ".".join("a" * 300_000) + " = 1",
+    ],
+)
+def test_deep_nesting_has_a_line(deep):
+    assert deep_line(f"{DOCUMENT}{deep}\n{DOCUMENT}") == DOCUMENT.count("\n") + 1
+
+
+def test_documents_of_any_length_are_not_deep():
+    assert deep_line(DOCUMENT) is None
+    assert deep_line("[[a]]\nb = [[1, 2], [{c.d = 3}]]\n" * 10_000) is None
+    assert deep_line("]]}} [ = {") is None

@@ -267,26 +267,52 @@ def test_lines_of_problems(tmp_path):
     assert all(problem.file == str(path) for problem in caught.value.problems)
     text = str(caught.value)
     assert text.startswith("5 problems:\n")
-    assert f"{path}:14: bodies.1.radius = -1: expected more than 0 m" in text
+    assert f"{path}:14: bodies.1.radius = -1: expected at least 1e-09 m" in text
 
 
 @pytest.mark.parametrize(
-    ("text", "line"), [("a = 1\nb = = 2\n", 2), ('title = "x', 1), ("a=1\na=2\n", 2)]
+    ("text", "line"),
+    [
+        ("a = 1\nb = = 2\n", 2),
+        ('title = "x', 1),
+        ("a=1\na=2\n", 2),
+        ("# \u2028 \x85 no ends of lines\nb = =\n", 2),
+        ("a = 1\r\nb = 2\rc = 3\n", 2),
+        ("a = 1\n\n\n[b", 4),
+    ],
 )
 def test_syntax_errors_have_a_line(tmp_path, text, line):
     path = tmp_path / "bad.toml"
-    path.write_text(text)
+    path.write_bytes(text.encode())
     with pytest.raises(CaseError, match="not valid TOML") as caught:
         load_case(path)
     (problem,) = caught.value.problems
     assert problem.line == line
 
 
-def test_deep_nesting_is_an_error_not_a_crash(tmp_path):
+@pytest.mark.parametrize("deep", ["[" * 100_000, "[" * 150 + "]" * 150])
+def test_deep_nesting_is_an_error_not_a_crash(tmp_path, deep):
     path = tmp_path / "deep.toml"
-    path.write_text("a = " + "[" * 100_000)
-    with pytest.raises(CaseError):
+    path.write_text(f"\na = {deep}\n")
+    with pytest.raises(CaseError, match="nested too deeply"):
         load_case(path)
+
+
+@pytest.mark.parametrize("number", ["9" * 5000, "1_0" * 3000, "-" + "8" * 4301])
+def test_numbers_too_long_to_read_have_a_line(tmp_path, number):
+    path = tmp_path / "long.toml"
+    path.write_text(f"a = 1\nb = {number}\n")
+    with pytest.raises(CaseError, match=r"long\.toml:2: a whole number beyond"):
+        load_case(path)
+
+
+def test_large_files_are_refused_without_being_read(tmp_path):
+    path = tmp_path / "large.toml"
+    path.write_text("#" * 1_000_001)
+    with pytest.raises(CaseError, match="is larger than 1000000 bytes"):
+        load_case(path)
+    with pytest.raises(CaseError, match="is larger than 1000000 bytes"):
+        load_case("/dev/zero")
 
 
 def test_missing_file_suggests_a_neighbour(tmp_path):

@@ -1,0 +1,76 @@
+"""What the rules between the parts of a case read, and what they find."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from mpisph.case.bodies import Body, Plate, Sphere, SphericalShell
+from mpisph.case.sections import Measured, Output, Resolution, Scheme, TimeStepping
+from mpisph.materials import Material
+
+__all__ = [
+    "Finding",
+    "Key",
+    "Parts",
+    "default_plate",
+    "default_reference",
+    "find_spacing",
+    "spacing_key",
+]
+
+Key = tuple[str | int, ...]
+
+
+class Finding(NamedTuple):
+    """A broken rule: the key to blame, what was expected, and a guess."""
+
+    key: Key
+    expected: str
+    suggestion: str | None = None
+
+
+class Parts(NamedTuple):
+    """The parts of a case, with None for each one that is itself invalid.
+
+    Rules skip what they cannot judge, so that one mistake is reported once
+    while everything else in the file is still checked.
+    """
+
+    names: Sequence[str | None]
+    material_names: Sequence[str | None]
+    bodies: Sequence[Body | None]
+    resolution: Resolution | None
+    scheme: Scheme | None
+    output: Output | None
+    measured: Measured | None
+    time: TimeStepping | None
+    materials: Mapping[str, Material | None]
+    measured_invalid: bool = False
+
+
+def default_reference(bodies: Sequence[Body | None]) -> str | None:
+    """Return the name of the first sphere or shell, or None."""
+    round_bodies = (b for b in bodies if isinstance(b, Sphere | SphericalShell))
+    return next((body.name for body in round_bodies), None)
+
+
+def default_plate(bodies: Sequence[Body | None]) -> str | None:
+    """Return the name of the first plate, or None."""
+    return next((body.name for body in bodies if isinstance(body, Plate)), None)
+
+
+def find_spacing(resolution: Resolution, bodies: Sequence[Body | None]) -> float | None:
+    """Return the particle spacing [m], or None where it is undetermined."""
+    if resolution.spacing is not None or resolution.npr is None:
+        return resolution.spacing
+    reference = resolution.reference or default_reference(bodies)
+    for body in bodies:
+        if body is not None and body.name == reference:
+            return body.reference_radius / resolution.npr
+    return None
+
+
+def spacing_key(resolution: Resolution) -> Key:
+    """Return the key that sets the particle spacing."""
+    return ("resolution", "npr" if resolution.spacing is None else "spacing")
