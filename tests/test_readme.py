@@ -74,13 +74,16 @@ def test_files_that_the_readme_names_exist():
 
 
 def test_the_example_case_is_whole(tmp_path):
-    (text,) = re.findall(r"```toml\n(.*?)```", README, re.S)
+    section, text = re.findall(r"```toml\n(.*?)```", README, re.S)
     path = tmp_path / "case.toml"
     path.write_text(text)
     case = load_case(path, ["bodies.rod.velocity=5 km/s"])
     assert [body.name for body in case.bodies] == ["rod", "plate"]
     assert case.bodies[0].velocity == 5e3
     assert case.spacing == pytest.approx(3e-3 / 8)
+    path.write_text(text + section)
+    checkpoints = load_case(path).checkpoints
+    assert (checkpoints.wall_interval, checkpoints.interval) == (1800.0, 1e-6)
 
 
 def test_the_python_example_runs(tmp_path):

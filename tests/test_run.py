@@ -1,5 +1,7 @@
 """A run called from Python: what it does with its folder and its communicator."""
 
+import os
+
 import pytest
 from launch import CASES
 from mpi4py import MPI
@@ -95,6 +97,8 @@ def test_a_stopped_run_goes_on_with_the_same_bits(settings, mpi_tmp_path):
                 problems.append(result.status)
             if last and result.conservation != whole.conservation:
                 problems.append("conservation")
+            if last and result.clouds != whole.clouds:
+                problems.append("clouds")
         part.Free()
         world.Barrier()
     if world.rank == 0:
@@ -185,6 +189,17 @@ def test_leftovers_of_a_kill_are_removed(tmp_path):
     resume(MPI.COMM_SELF, tmp_path)
     assert not any(part.exists() for part in parts)
     assert not (tmp_path / "checkpoints").exists()
+
+
+def test_all_files_follow_the_umask(tmp_path):
+    before = os.umask(0o027)
+    try:
+        run(short_case("output.figures=true"), MPI.COMM_SELF, tmp_path / "run")
+    finally:
+        os.umask(before)
+    paths = [tmp_path / "run", *(tmp_path / "run").rglob("*")]
+    modes = {p.name: p.stat().st_mode & 0o777 for p in paths}
+    assert modes == {p.name: 0o750 if p.is_dir() else 0o640 for p in paths}
 
 
 def test_checkpoints_of_an_unstable_run_stay(tmp_path):

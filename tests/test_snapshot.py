@@ -11,7 +11,7 @@ import pytest
 from mpi4py import MPI
 
 import mpisph.particle_file
-from mpisph.errors import CollectiveError
+from mpisph.errors import CollectiveError, MpisphError
 from mpisph.particles import FIELDS, Particles
 from mpisph.snapshot import read_series, read_snapshot, write_snapshot
 
@@ -162,6 +162,25 @@ def test_a_resumed_run_takes_later_snapshots_off_the_list(tmp_path):
         write(SELF, tmp_path, index=index, time=float(index))
     write(SELF, tmp_path, index=1, time=1.5)
     assert [time for _, time in read_series(tmp_path)] == [0.0, 1.5]
+
+
+def test_the_series_leads_nowhere_else(tmp_path):
+    """Nor does a snapshot that is added to a list from elsewhere."""
+    files = [{"name": "../../../elsewhere/snapshot_00000.vtkhdf", "time": 0.0}]
+    series = tmp_path / "snapshots.vtkhdf.series"
+    series.write_text(json.dumps({"file-series-version": "1.0", "files": files}))
+    assert read_series(tmp_path) == [
+        (tmp_path / "snapshots" / "snapshot_00000.vtkhdf", 0.0)
+    ]
+    write(SELF, tmp_path, index=1)
+    assert ".." not in series.read_text()
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"files": [1]}', '{"files": [{}]}'])
+def test_what_is_no_series_is_an_error(tmp_path, text):
+    (tmp_path / "snapshots.vtkhdf.series").write_text(text)
+    with pytest.raises(MpisphError, match="not a list of snapshots"):
+        read_series(tmp_path)
 
 
 def test_an_empty_folder_has_an_empty_series(tmp_path):
