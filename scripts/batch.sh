@@ -1,0 +1,124 @@
+# shellcheck shell=bash
+# Sourced by scripts/slurm.sh and scripts/pbs.sh, which set `home` to the checkout: what
+# they share. One start of a job runs one case, until it ends or time is up.
+# shellcheck source=scripts/mpi.sh
+source "${home:?}/scripts/mpi.sh"
+home=$(cd "$home" && pwd)
+
+say() { printf 'batch: %s\n' "$*" >&2; }
+bad_input() {
+    say "$*"
+    exit 2
+}
+
+# choose_case INDEX CASE... [-- OPTION...]: sets `case`, `folder` and `options` for the
+# element INDEX of a job array, or for a single job, whose INDEX is empty.
+choose_case() {
+    local index=$1 cases=() output='' twice
+    shift
+    while (($#)) && [[ $1 != -- ]]; do
+        cases+=("$1")
+        shift
+    done
+    options=()
+    while (($# > 1)); do
+        shift
+        case $1 in
+        -o | --output)
+            (($# > 1)) || bad_input "$1 needs a folder"
+            output=$2
+            shift
+            ;;
+        --output=*) output=${1#*=} ;;
+        -o*) output=${1#-o} ;;
+        --force) bad_input "--force: a job may start anew unasked; remove the folder" ;;
+        *) options+=("$1") ;;
+        esac
+    done
+
+    ((${#cases[@]})) || bad_input "no CASE given"
+    if [[ ! $index ]]; then
+        ((${#cases[@]} == 1)) ||
+            bad_input "${#cases[@]} cases need a job array, one element for each"
+        index=0
+    fi
+    ((index < ${#cases[@]})) ||
+        bad_input "element $index of the job array has no case: the first has number 0," \
+            "and there are ${#cases[@]} cases"
+    case=${cases[index]}
+    twice=$(for name in "${cases[@]}"; do stem "$name"; done | sort | uniq -d | head -n 1)
+    [[ ! $twice ]] || bad_input "two of the cases would be run in one folder, $twice"
+    # As 'mpisph run' does: -o is the folder of the run, or of the folders of several.
+    if [[ $output && ${#cases[@]} == 1 ]]; then
+        folder=$output
+    else
+        folder=${output:-${MPISPH_RUNS:-runs}}/$(stem "$case")
+    fi
+}
+
+# stem PATH: the name of a case file without its ending.
+stem() {
+    local name=${1##*/}
+    printf '%s\n' "${name%.*}"
+}
+
+# status KEY: what status.json of the run says, or nothing.
+status() {
+    sed -n "s/^ *\"$1\": \"\{0,1\}\([^\",]*\).*/\1/p" "$folder/status.json" 2>/dev/null ||
+        true
+}
+
+find_mpisph() {
+    mpisph=$home/.venv/bin/mpisph
+    [[ -x $mpisph ]] || mpisph=$(command -v mpisph) ||
+        bad_input "no mpisph in $home/.venv/bin nor on PATH: see scripts/setup"
+}
+
+# run_case RESTARTED SECONDS LAUNCHER...: runs the chosen case, or goes on with it, for
+# at most SECONDS where that is not empty. Returns if the job is to be started again,
+# and otherwise ends this script with the code of mpisph.
+run_case() {
+    local restarted=$1 left=$2 walltime=() command before after code=0
+    shift 2
+    if [[ $left ]]; then
+        # What comes after the run takes time too; and 0 would be no limit.
+        left=$((left - ${MPISPH_MARGIN:-60}))
+        walltime=(--walltime "$((left > 0 ? left : 1))s")
+    fi
+    # At first 'run', also into a folder with a run in it: it makes sure that it is one
+    # of this case. Later 'resume', which asks for no case file any more.
+    command=(run "${walltime[@]}" "${options[@]}" -o "$folder" "$case")
+    if [[ $restarted && -f $folder/case.toml ]]; then
+        command=(resume "${walltime[@]}" "$folder")
+    fi
+    find_mpisph
+    before=$(status step)
+    say "$(date '+%F %T'), $(uname -n): mpisph ${command[*]}"
+    launch "$@" "${patient[@]}" "$mpisph" "${command[@]}" || code=$?
+    after=$(status step)
+
+    # Where the scheduler tells all processes to end, Open MPI's launcher among them, that
+    # returns 1 whatever its ranks did.
+    if [[ $signals == *TERM* && $(status state) == stopped ]]; then
+        code=75
+    fi
+    case $code in
+    0) say "$folder: done" ;;
+    2) say "$folder: bad input" ;;
+    3) say "$folder: the run is unstable" ;;
+    75)
+        if [[ -e $folder/stop ]]; then
+            say "$folder: stopped, and not started again because of the file 'stop' in it"
+        elif [[ $signals == *TERM* ]]; then
+            # The user or the machine wants it gone: it must not come back by itself.
+            say "$folder: told to end; submitted again, the run goes on"
+        elif [[ ${after:-0} == "${before:-0}" ]]; then
+            say "$folder: not started again, for this start has not made a single step"
+        else
+            return 0
+        fi
+        ;;
+    *) say "$folder: failed with exit code $code: see above" ;;
+    esac
+    exit "$code"
+}
