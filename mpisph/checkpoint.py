@@ -2,8 +2,8 @@
 
 A checkpoint is an HDF5 file with every field of every particle in id order, whatever
 the number of ranks, and the state of the run as JSON. Its first 512 bytes, HDF5's user
-block, are a line of text with the file's size and a SHA-256 digest of all that follows:
-a file that was cut short or altered anywhere is recognised before HDF5 reads it.
+block, are a line of text with a SHA-256 digest of all that follows: a file that was cut
+short or altered anywhere is recognised before HDF5 reads it.
 """
 
 import hashlib
@@ -165,17 +165,15 @@ def _seal(comm: MPI.Intracomm, part: Path) -> None:
     digest = _digest(comm, part)
 
     def write() -> None:
-        header = _header(part, digest)
         with part.open("r+b") as file:
-            file.write(header)
+            file.write(_header(digest))
 
     on_root(comm, write)
 
 
-def _header(path: Path, digest: str) -> bytes:
+def _header(digest: str) -> bytes:
     """Return what the user block of a sound file holds."""
-    size = path.stat().st_size
-    line = f"mpisph checkpoint, format {FORMAT}, {size} bytes, sha256 {digest}\n"
+    line = f"mpisph checkpoint, format {FORMAT}, sha256 {digest}\n"
     return line.encode().ljust(_HEADER, b"\0")
 
 
@@ -183,7 +181,7 @@ def _check_header(path: Path, digest: str) -> None:
     """Raise where the user block is not that of a file with this digest."""
     with path.open("rb") as file:
         header = file.read(_HEADER)
-    if header != _header(path, digest):
+    if header != _header(digest):
         raise DamagedError(f"{path}: damaged; it is not what was written")
 
 

@@ -5,7 +5,6 @@ takes longer, and nothing else happens.
 """
 
 import fcntl
-import json
 import os
 import pty
 import select
@@ -19,6 +18,7 @@ from pathlib import Path
 
 import pytest
 from launch import CASES, MPISPH, TOP, environment, launch
+from runs import assert_same, status
 from scheduler import Pbs, Slurm, kill, processes
 
 from mpisph.case import load_case
@@ -45,32 +45,9 @@ def uninterrupted(tmp_path_factory):
     return folder
 
 
-def status(folder):
-    return json.loads((folder / "status.json").read_text())
-
-
 def steps_made(folder):
     """The steps of all runs in a folder, as of their last checkpoints."""
     return sum(status(path.parent)["step"] for path in folder.glob("*/status.json"))
-
-
-def assert_same(folder, want):
-    """Compare all that a run has computed with what another has."""
-    assert status(folder)["state"] == status(want)["state"] == "completed"
-    for path in (folder, want):
-        assert (path / "result.json").exists()
-    got, expected = (
-        {p.name: p.read_bytes() for p in (x / "snapshots").iterdir()}
-        for x in (folder, want)
-    )
-    assert len(expected) > 2
-    assert got == expected
-    # Imbalance and wall time are of the machine.
-    got, expected = (
-        [x.split(",")[:11] for x in (p / "history.csv").read_text().splitlines()]
-        for p in (folder, want)
-    )
-    assert got == expected
 
 
 def slurm_of(tmp_path, **variables):

@@ -56,7 +56,8 @@ def same(p, q):
 
 @pytest.mark.mpi(min_size=1)
 @pytest.mark.parametrize("n", [1, 3, N])
-def test_any_ranks_read_the_bits_that_any_ranks_wrote(mpi_tmp_path, n):
+def test_any_ranks_read_the_bits_that_any_ranks_wrote(mpi_tmp_path, monkeypatch, n):
+    monkeypatch.setattr(mpisph.checkpoint, "_CHUNK", 4096)  # several for each rank
     world = MPI.COMM_WORLD
     path = write(world, mpi_tmp_path, n=n)
     problems = []

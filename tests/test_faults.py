@@ -1,6 +1,5 @@
 """Runs that are killed, stopped or short of room: nothing is lost."""
 
-import json
 import os
 import random
 import shutil
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from launch import CASES, MPISPH, environment, launch
+from runs import assert_same, outcome, status
 
 from mpisph.checkpoint import find_checkpoints
 from mpisph.snapshot import read_series, read_snapshot
@@ -37,35 +37,6 @@ def uninterrupted(tmp_path_factory):
     done = launch(2, MPISPH, *RUN, folder)
     assert done.returncode == 0, done.stderr
     return folder
-
-
-def outcome(folder):
-    """All that a finished run has computed, bit by bit."""
-    lines = (folder / "history.csv").read_text().splitlines()
-    result = json.loads((folder / "result.json").read_text())
-    snapshots = sorted((folder / "snapshots").iterdir())
-    return {
-        # Imbalance and wall time are of the machine.
-        "history": [line.split(",")[:11] for line in lines],
-        "series": (folder / "snapshots.vtkhdf.series").read_bytes(),
-        "snapshots": {p.name: p.read_bytes() for p in snapshots},
-        "clouds": result["clouds"],
-        "comparisons": result["comparisons"],
-        "conservation": result["conservation"],
-        "step": result["step"],
-    }
-
-
-def assert_same(folder, uninterrupted):
-    got, want = outcome(folder), outcome(uninterrupted)
-    for name in want:
-        assert got[name] == want[name], name
-    left = {path.name for path in folder.rglob("*")}
-    assert left == {path.name for path in uninterrupted.rglob("*")}
-
-
-def status(folder):
-    return json.loads((folder / "status.json").read_text())
 
 
 def begin(ranks, *arguments):

@@ -73,6 +73,20 @@ def test_all_ranks_find_the_same():
 
 
 @pytest.mark.mpi(min_size=1)
+def test_the_largest_wish_of_a_rank_counts():
+    comm = MPI.COMM_WORLD
+    p = everyone().take(slice(0))
+    found = [
+        take_survey(
+            comm, p, TABLE, SCHEME, AUTOMATIC, BOUNDS, SUM_BOUNDS, CLOUD,
+            wish=wish if comm.rank == who else comm.rank,
+        ).wish
+        for who, wish in ((0, 115), (comm.size - 1, 103))
+    ]  # fmt: skip
+    agree(comm, [] if found == [115, 103] else found)
+
+
+@pytest.mark.mpi(min_size=1)
 def test_the_limit_is_the_smallest_of_all_and_names_its_particle():
     comm = MPI.COMM_WORLD
     p = everyone()

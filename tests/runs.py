@@ -1,0 +1,39 @@
+"""Folders of runs, and what is in them."""
+
+import json
+
+
+def status(folder):
+    """What status.json says."""
+    return json.loads((folder / "status.json").read_text())
+
+
+def outcome(folder):
+    """All that a finished run has computed, bit by bit."""
+    lines = (folder / "history.csv").read_text().splitlines()
+    result = json.loads((folder / "result.json").read_text())
+    snapshots = sorted((folder / "snapshots").iterdir())
+    names = ("status", "step", "clouds", "comparisons", "conservation")
+    return {
+        # Imbalance and wall time are of the machine.
+        "history": [line.split(",")[:11] for line in lines],
+        "series": (folder / "snapshots.vtkhdf.series").read_bytes(),
+        "snapshots": {p.name: p.read_bytes() for p in snapshots},
+        **{name: result[name] for name in names},
+    }
+
+
+def differences(folder, reference):
+    """The names of what differs between the outcomes of two finished runs."""
+    got, want = outcome(folder), outcome(reference)
+    found = [name for name in want if got[name] != want[name]]
+    states = [status(path)["state"] for path in (folder, reference)]
+    return found if states == [want["status"]] * 2 else [*found, states]
+
+
+def assert_same(folder, reference):
+    """Check that two runs have computed the same, and left the same files."""
+    assert not differences(folder, reference)
+    assert len(outcome(reference)["snapshots"]) > 2
+    left = {path.name for path in folder.rglob("*")}
+    assert left == {path.name for path in reference.rglob("*")}
