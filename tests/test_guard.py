@@ -118,6 +118,7 @@ with guard.heeding_signals(comm), guard.working_in(folder, status.fail):
     [
         ("1 / 0", [1], "rank 1 of 3: ZeroDivisionError: division by zero"),
         ("1 / 0", [0, 1, 2], "rank 0 of 3: ZeroDivisionError: division by zero"),
+        ("1 / 0", [1, 2], "rank 1 of 3: ZeroDivisionError: division by zero"),
         ("raise MemoryError", [2], "rank 2 of 3: out of memory"),
         ("open('/no/such')", [1], "rank 1 of 3: No such file or directory: /no/such"),
         ("os.kill(os.getpid(), signal.SIGKILL)", [0], "rank 0 of 3 has died"),

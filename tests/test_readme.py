@@ -63,7 +63,9 @@ def test_commands_and_options_exist():
     for name in re.findall(r"\bmpisph cache ([a-z]+)", README):
         assert name in cli.commands["cache"].commands
     options = {o for c in cli.commands.values() for p in c.params for o in p.opts}
-    assert set(re.findall(r"(?<=\s)--[a-z-]+", README)) <= options
+    foreign = set(re.findall(r"^sbatch (--[a-z]+)", README, re.M))
+    assert foreign == {"--array"}
+    assert set(re.findall(r"(?<=\s)--[a-z-]+", README)) <= options | foreign
 
 
 def test_files_that_the_readme_names_exist():
