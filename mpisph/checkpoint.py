@@ -104,7 +104,7 @@ def write_checkpoint(
         and no partial file is left.
     """
     path = folder / CHECKPOINTS_FOLDER / f"checkpoint_{step:09d}.h5"
-    write_rest = partial(_write_state, comm.bcast(state))
+    write_rest = partial(_write_state, state)
     layout = Layout("checkpoint", _GROUP, _COLUMNS, write_rest, _HEADER)
     write_particle_file(
         comm, path, particles, n_total, layout, seal=partial(_seal, comm)

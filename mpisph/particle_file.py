@@ -4,8 +4,11 @@ Rows are in id order, in whole columns. A file is written aside, brought to the 
 renamed, so that what bears its name is complete.
 """
 
+import io
 import os
-from collections.abc import Callable, Sequence
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -26,6 +29,9 @@ from mpisph.files import replace_file
 from mpisph.particles import Field, Particles
 
 Writer = Literal["auto", "parallel", "gather"]
+
+CLOSING_TIME = 3
+"""How long closing a file may take after an error [s]."""
 
 _RESERVE = 2**20
 # Room for what a file holds besides columns [bytes].
@@ -76,7 +82,7 @@ class Layout(NamedTuple):
     columns : sequence of Column
     write_rest : callable
         Writes everything but the columns into the open file, given the number of
-        rows. All ranks write the same.
+        rows; called on rank 0.
     user_block : int, optional
         Bytes that HDF5 leaves alone at the beginning: 0, or a power of two from 512 on.
     """
@@ -171,21 +177,27 @@ def stored_text(group: h5py.Group, name: str) -> str:
 
 
 def _prepare(part: Path, n_total: int, layout: Layout) -> None:
-    """Make the folder, and fail early where the file cannot be written.
+    """Write everything but the columns, and set aside the room for these.
 
-    HDF5 crashes on closing a file whose disk is full, so all of the room is
-    asked for beforehand. It is free again when HDF5 opens the file.
+    Where the disk turns out to be full while HDF5 writes or closes a file, it hangs or
+    crashes. So it is given a file that has all of its room already: opening a file that
+    is there keeps the room, creating one would give it back.
     """
-    needed = row_bytes(layout.columns) * n_total + _RESERVE
+    rest = io.BytesIO()
+    with h5py.File(rest, "w", userblock_size=layout.user_block or None) as file:
+        layout.write_rest(file, n_total)
+    needed = rest.getbuffer().nbytes + row_bytes(layout.columns) * n_total + _RESERVE
     part.parent.mkdir(exist_ok=True)
     part.unlink(missing_ok=True)  # a link there would lead to another file
-    with part.open("xb") as file:
-        try:
-            os.posix_fallocate(file.fileno(), 0, needed)
-        except OSError as error:
-            part.unlink()
-            msg = f"{error.strerror} for a {layout.what} of {needed} bytes"
-            raise OSError(error.errno, msg, str(part.parent)) from error
+    try:
+        with part.open("xb") as out:
+            out.write(rest.getvalue())
+            out.flush()
+            os.posix_fallocate(out.fileno(), 0, needed)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        msg = f"{error.strerror} for a {layout.what} of {needed} bytes"
+        raise OSError(error.errno, msg, str(part.parent)) from error
 
 
 def _is_parallel(writer: Writer) -> bool:
@@ -203,13 +215,10 @@ def _write_parallel(
     block = Block(mine, comm.scan(mine.n) - mine.n, comm.allreduce(mine.n))
     transfer = h5py.h5p.create(h5py.h5p.DATASET_XFER)
     transfer.set_dxpl_mpio(h5py.h5fd.MPIO_COLLECTIVE)
-    size = layout.user_block or None
 
     def write() -> None:
-        with h5py.File(
-            part, "w", driver="mpio", comm=comm, userblock_size=size
-        ) as file:
-            _write_file(file, block, transfer, layout)
+        with _opened(part, driver="mpio", comm=comm) as file:
+            _write_columns(file, block, transfer, layout)
 
     raise_together(comm, caught(write))
 
@@ -220,21 +229,36 @@ def _write_gathered(
     """Send everything to rank 0 and write there."""
     everything = gather_all(comm, mine)
     transfer = h5py.h5p.create(h5py.h5p.DATASET_XFER)
-    size = layout.user_block or None
 
     def write() -> None:
         assert everything is not None, "on_root calls this on rank 0 only"
         block = Block(everything, 0, everything.n)
-        with h5py.File(part, "w", userblock_size=size) as file:
-            _write_file(file, block, transfer, layout)
+        with _opened(part) as file:
+            _write_columns(file, block, transfer, layout)
 
     on_root(comm, write)
 
 
-def _write_file(
+@contextmanager
+def _opened(part: Path, **how: Any) -> Iterator[h5py.File]:
+    """Open a file for writing, and close it at the end of the block."""
+    file = h5py.File(part, "r+", **how)
+    try:
+        yield file
+    except BaseException:
+        # Closing a file that could not be written may hang, where no other rank and no
+        # handler can help: then the system is to end this process, and with it all.
+        signal.alarm(CLOSING_TIME)
+        file.close()
+        signal.alarm(0)
+        raise
+    file.close()
+
+
+def _write_columns(
     file: h5py.File, block: Block, transfer: h5py.h5p.PropDXID, layout: Layout
 ) -> None:
-    """Write everything, and go on after an error so that no rank waits.
+    """Write all columns, and go on after an error so that no rank waits.
 
     A rank that left at its first error would leave the others in the next
     collective write.
@@ -244,7 +268,6 @@ def _write_file(
     OSError
         The first error this rank met.
     """
-    layout.write_rest(file, block.n_total)
     group = file.require_group(layout.group)
     errors = [
         caught(partial(_write_column, group, column, block, transfer))

@@ -122,7 +122,7 @@ def write_snapshot(
         ``parallel`` and h5py was built without MPI.
     """
     path = folder / SNAPSHOTS_FOLDER / f"snapshot_{index:05d}.vtkhdf"
-    header = _Header(time, step, comm.bcast(dict(metadata), root=0))
+    header = _Header(time, step, metadata)
     layout = Layout("snapshot", "VTKHDF", _COLUMNS, partial(_write_rest, header))
     write_particle_file(comm, path, particles, n_total, layout, writer=writer)
     on_root(comm, lambda: _update_series(folder, path, time))

@@ -9,6 +9,10 @@ TOP = Path(__file__).parents[1]
 CASES = TOP / "cases"
 MPISPH = str(Path(sys.executable).with_name("mpisph"))
 
+# How long mpirun, where a rank ends with an error, lets the others live; by default
+# twice a second. Only who speaks after that needs it.
+PATIENCE = "OMPI_MCA_odls_base_sigkill_timeout"
+
 # What a Python that has imported MPI leaves in its environment stops another mpirun.
 LEFTOVERS = ("OMPI_", "PMIX_", "ORTE_")
 SETTINGS = {
@@ -17,6 +21,7 @@ SETTINGS = {
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
     "OMPI_MCA_mpi_yield_when_idle": "1",
     "OMPI_MCA_hwloc_base_binding_policy": "none",
+    PATIENCE: "0",
 }
 
 

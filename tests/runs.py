@@ -37,3 +37,18 @@ def assert_same(folder, reference):
     assert len(outcome(reference)["snapshots"]) > 2
     left = {path.name for path in folder.rglob("*")}
     assert left == {path.name for path in reference.rglob("*")}
+
+
+def slow_steps(folder):
+    """Make each step take 25 ms more, where this folder is on PYTHONPATH.
+
+    So that a run takes longer than its start, however fast the machine.
+    """
+    (folder / "sitecustomize.py").write_text(
+        "import os, time\n"
+        "if 'OMPI_COMM_WORLD_RANK' in os.environ:\n"
+        "    from mpisph.keeper import Keeper\n"
+        "    wish = Keeper.wish\n"
+        "    Keeper.wish = lambda keeper, sim: time.sleep(0.025) or wish(keeper, sim)\n"
+    )
+    return folder

@@ -15,14 +15,16 @@ from mpisph.run import run
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 
+# VmHWM is of this program alone; ru_maxrss would count the process that started it.
 PEAK = """
-import resource, sys
+import re, sys
+from pathlib import Path
 from mpi4py import MPI
 from mpisph.case import load_case
 from mpisph.simulation import advance, start, survey
 sim = start(load_case(sys.argv[1], ["resolution.npr=120"]), MPI.COMM_WORLD)
 advance(sim, 1e-10, survey(sim).claims)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+print(re.search(r"VmHWM:\\s*(\\d+) kB", Path("/proc/self/status").read_text())[1])
 """
 
 

@@ -10,8 +10,8 @@ import time
 from pathlib import Path
 
 import pytest
-from launch import CASES, MPISPH, environment, launch
-from runs import assert_same, outcome, status
+from launch import CASES, MPISPH, PATIENCE, environment, launch
+from runs import assert_same, outcome, slow_steps, status
 
 from mpisph.checkpoint import find_checkpoints
 from mpisph.snapshot import read_series, read_snapshot
@@ -39,11 +39,11 @@ def uninterrupted(tmp_path_factory):
     return folder
 
 
-def begin(ranks, *arguments):
+def begin(ranks, *arguments, **more):
     """Start mpisph under mpirun and return the process of mpirun."""
     return subprocess.Popen(
         ["mpirun", "--quiet", "-n", str(ranks), MPISPH, *map(str, arguments)],
-        env=environment(),
+        env=environment(**more),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -78,9 +78,9 @@ def gone(pids):
     return not any(Path(f"/proc/{pid}").exists() for pid in pids)
 
 
-def begin_and_wait(folder, ranks, *arguments, checkpoints=1):
+def begin_and_wait(folder, ranks, *arguments, checkpoints=1, **more):
     """Start a run, and return once it has written some checkpoints."""
-    launcher = begin(ranks, *arguments)
+    launcher = begin(ranks, *arguments, **more)
     wait_until(
         lambda: (
             len(find_checkpoints(folder)) >= checkpoints or launcher.poll() is not None
@@ -98,10 +98,10 @@ def test_killed_at_random_and_resumed_until_done(killed_run, tmp_path, uninterru
     for _ in range(4):
         time.sleep(0.7 + rng.uniform(0.0, 1.5))
         pids = ranks_of(launcher)
-        every_third = killed_run % 3 == 0
-        doomed = launcher.pid if every_third else rng.choice([*pids.values(), None])
-        if doomed is None or launcher.poll() is not None:
-            break
+        if launcher.poll() is not None or not pids:
+            break  # it was faster
+        whole = killed_run % 2 == 0
+        doomed = launcher.pid if whole else rng.choice(list(pids.values()))
         os.kill(doomed, signal.SIGKILL)
         assert wait_until(lambda pids=pids: gone(pids.values())) < 5.0
         launcher.communicate()
@@ -116,39 +116,54 @@ def test_killed_at_random_and_resumed_until_done(killed_run, tmp_path, uninterru
     assert_same(folder, uninterrupted)
 
 
-@pytest.mark.parametrize("stop", ["SIGTERM", "SIGUSR1", "SIGINT", "file", "walltime"])
+@pytest.mark.parametrize("stop", ["SIGTERM", "SIGUSR1", "SIGINT", "file"])
 def test_stopped_and_resumed(stop, tmp_path, uninterrupted):
     folder = tmp_path / "run"
-    limit = ("--walltime", "3s") if stop == "walltime" else ()
-    launcher = begin_and_wait(folder, 2, *RUN, folder, *limit)
+    launcher = begin_and_wait(folder, 2, *RUN, folder)
     if stop == "file":
         (folder / "stop").touch()
-    elif stop != "walltime":
+    else:
         # To a rank alone: all must agree. (Of mpirun itself, SIGTERM would end it.)
         os.kill(ranks_of(launcher)[1], getattr(signal, stop))
     _, err = launcher.communicate(timeout=30)
     assert launcher.returncode == 75, err
     assert f"`mpisph resume {folder}` goes on" in err
-    reason = {"file": "file stop", "walltime": "wall-time limit"}
     now = status(folder)
     assert now["state"] == "stopped"
-    assert now["reason"] == reason.get(stop, f"signal {stop}")
+    assert now["reason"] == ("file stop" if stop == "file" else f"signal {stop}")
     assert find_checkpoints(folder)[0].stem == f"checkpoint_{now['step']:09d}"
     if stop == "file":  # it keeps the run from going on
         assert launch(2, MPISPH, "resume", folder).returncode == 75
         assert status(folder)["step"] == now["step"]
         (folder / "stop").unlink()
     # The same command as at first goes on.
-    done = launch(3, MPISPH, *RUN, folder)
+    done = launch(1, MPISPH, *RUN, folder)
     assert done.returncode == 0, done.stderr
     assert "going on from checkpoint_" in done.stderr
+    assert_same(folder, uninterrupted)
+
+
+def test_stopped_by_the_wall_time_limit_and_resumed(tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    slow = {"PYTHONPATH": str(slow_steps(tmp_path))}
+    for limit in (4, 7, 12):
+        limited = (*RUN, folder, "--walltime", f"{limit}s")
+        begin = time.monotonic()
+        done = launch(2, MPISPH, *limited, **slow)
+        if "leaves no time for a step" not in done.stderr:
+            break  # else a busy machine starts more slowly
+    assert done.returncode == 75, done.stderr
+    assert time.monotonic() - begin < limit + 1.5  # mpirun takes some time itself
+    assert status(folder)["reason"] == "wall-time limit"
+    done = launch(2, MPISPH, *RUN, folder)
+    assert done.returncode == 0, done.stderr
     assert_same(folder, uninterrupted)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1])
 def test_a_signal_to_the_launcher_stops_the_run(number, tmp_path):
     folder = tmp_path / "run"
-    launcher = begin_and_wait(folder, 2, *RUN, folder)
+    launcher = begin_and_wait(folder, 2, *RUN, folder, **{PATIENCE: "1"})
     launcher.send_signal(number)
     launcher.communicate(timeout=30)
     # Open MPI's launcher, told to end, returns 1 whatever its ranks return.
@@ -171,7 +186,7 @@ def test_resumed_on_another_number_of_ranks(ranks, tmp_path, uninterrupted):
 
 def test_a_killed_rank_ends_all_with_one_message(tmp_path):
     folder = tmp_path / "run"
-    launcher = begin_and_wait(folder, 3, *RUN, folder)
+    launcher = begin_and_wait(folder, 3, *RUN, folder, **{PATIENCE: "1"})
     pids = ranks_of(launcher)
     os.kill(pids[1], signal.SIGKILL)
     assert wait_until(lambda: gone(pids.values())) < 5.0

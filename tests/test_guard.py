@@ -7,7 +7,7 @@ import sys
 import time
 
 import pytest
-from launch import environment, launch
+from launch import PATIENCE, environment, launch
 from mpi4py import MPI
 
 from mpisph.guard import (
@@ -128,7 +128,7 @@ with guard.heeding_signals(comm), guard.working_in(folder, status.fail):
 def test_what_one_rank_meets_ends_all_with_one_message(how, which, text, tmp_path):
     program = FAILING.format(how=how, which=which)
     begin = time.monotonic()
-    done = launch(3, sys.executable, "-c", program, tmp_path)
+    done = launch(3, sys.executable, "-c", program, tmp_path, **{PATIENCE: "1"})
     assert time.monotonic() - begin < 10.0  # the start included
     assert done.returncode not in (0, 2, 3, 75)
     assert done.stderr.count("mpisph: ") == 1
