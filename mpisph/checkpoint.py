@@ -6,7 +6,9 @@ block, are a line of text with a SHA-256 digest of all that follows: a file that
 short or altered anywhere is recognised before HDF5 reads it.
 """
 
+import errno
 import hashlib
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +17,13 @@ import h5py
 import numpy as np
 from mpi4py import MPI
 
-from mpisph.collectives import block_starts, caught, on_root, raise_together
+from mpisph.collectives import (
+    block_starts,
+    caught,
+    from_root,
+    on_root,
+    raise_together,
+)
 from mpisph.errors import MpisphError
 from mpisph.particle_file import (
     Layout,
@@ -188,14 +196,19 @@ def _check_header(path: Path, digest: str) -> None:
 def _digest(comm: MPI.Intracomm, path: Path) -> str:
     """Return the digest of all that follows the user block: of its chunks' digests."""
     mine: list[bytes] = []
+    # Another machine may not yet know the size of a file that was just written.
+    content = max(from_root(comm, lambda: path.stat().st_size) - _HEADER, 0)
+    chunks = block_starts(-(-content // _CHUNK), comm.size)
+    first, end = chunks[comm.rank : comm.rank + 2].tolist()
 
     def hash_chunks() -> None:
-        content = max(path.stat().st_size - _HEADER, 0)
-        starts = block_starts(-(-content // _CHUNK), comm.size)
         with path.open("rb") as file:
-            file.seek(_HEADER + int(starts[comm.rank]) * _CHUNK)
-            for _ in range(starts[comm.rank], starts[comm.rank + 1]):
-                mine.append(hashlib.sha256(file.read(_CHUNK)).digest())
+            file.seek(_HEADER + first * _CHUNK)
+            for k in range(first, end):
+                chunk = file.read(_CHUNK)
+                if len(chunk) < min(_CHUNK, content - k * _CHUNK):
+                    raise OSError(errno.EIO, "cut short while it is read", str(path))
+                mine.append(hashlib.sha256(chunk).digest())
 
     raise_together(comm, caught(hash_chunks))
     parts = comm.allgather(b"".join(mine))
@@ -224,4 +237,20 @@ def _prune(newest: Path) -> None:
     """Remove all but the newest checkpoint and the last ones before it."""
     earlier = [path for path in find_checkpoints(newest.parents[1]) if path < newest]
     for path in earlier[KEPT - 1 :]:
+        with suppress(OSError):  # the new one is good all the same
+            path.unlink()
+
+
+def remove_checkpoints(folder: Path) -> None:
+    """Remove the checkpoints in the folder of a run; call it on rank 0.
+
+    Raises
+    ------
+    OSError
+        If one cannot be removed.
+    """
+    place = folder / CHECKPOINTS_FOLDER
+    for path in place.glob("checkpoint_*"):
         path.unlink()
+    with suppress(OSError):  # other files in it, or a link instead of a folder
+        place.rmdir()

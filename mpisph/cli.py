@@ -24,7 +24,7 @@ from mpisph.case import Case, case_schema, load_case
 from mpisph.collectives import from_root, on_root
 from mpisph.errors import CaseError, CollectiveError, MpisphError
 from mpisph.estimate import estimate
-from mpisph.guard import Guard
+from mpisph.guard import STOP_FILE, Guard
 from mpisph.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
 from mpisph.launcher import launch_of, mismatch
 from mpisph.materials.quantities import si_value
@@ -212,9 +212,10 @@ def _say_ending(folder: Path, result: "Result") -> None:
     if MPI.COMM_WORLD.rank != 0:
         return
     if result.status == "stopped":
+        after = f" once {folder / STOP_FILE} is gone" * (folder / STOP_FILE).exists()
         click.echo(
-            f"stopped at step {result.step}, t = {result.time * 1e6:.4f} us; "
-            f"`mpisph resume {folder}` goes on",
+            f"stopped ({result.reason}) at step {result.step}, "
+            f"t = {result.time * 1e6:.4f} us; `mpisph resume {folder}` goes on{after}",
             err=True,
         )
         return
@@ -257,8 +258,12 @@ def _status_line(folder: Path) -> str:
     if status is None:
         return f"{folder}: no run"
     state, reason = status.state, f" ({status.reason})" if status.reason else ""
-    if state == "running" and not in_use(folder):
-        state, reason = "failed", " (killed)"
+    if state == "running":
+        used = in_use(folder)
+        if used is None:
+            reason = " or killed, this file system does not tell"
+        elif not used:
+            state, reason = "failed", " (killed)"
     reached, end = status.time * 1e6, status.end_time * 1e6
     return (
         f"{folder}: {state}{reason}, step {status.step}, t = {reached:.4f} of "
@@ -301,11 +306,9 @@ def clock_command(folder: Path) -> None:
 def _clock_text(folder: Path) -> str:
     from mpisph.clock import fit_clock
     from mpisph.history import HISTORY_FILE, read_history
-    from mpisph.run import CASE_FILE
+    from mpisph.run import case_in
 
-    if not (folder / CASE_FILE).exists():
-        raise MpisphError(f"{folder}: no {CASE_FILE}; is it a run's folder?")
-    case = load_case(folder / CASE_FILE)
+    case = case_in(folder)
     try:
         fit = fit_clock(read_history(folder / HISTORY_FILE), case)
     except ValueError as error:
@@ -507,6 +510,9 @@ def _run(guard: Guard, first: bool) -> int:
     """Run the command line and return its exit code, the same on all ranks."""
     try:
         code = cli.main(prog_name="mpisph", standalone_mode=False, obj=guard)
+    except click.exceptions.Abort:  # Ctrl-C where no run heeds it
+        click.echo("mpisph: interrupted", err=True)
+        MPI.COMM_WORLD.Abort(130)
     except click.ClickException as error:
         if first:
             error.show()

@@ -1,6 +1,7 @@
 """Files that appear whole or not at all, and files that grow line by line."""
 
 import os
+import threading
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -108,9 +109,12 @@ def write_text(path: Path, text: str) -> None:
     OSError
         If the file cannot be written. What had the name is then unharmed.
     """
-    part = path.with_name(f"{path.name}.part")
+    # Several processes and threads may write one file: none into the part of another.
+    who = f"{os.uname().nodename}-{os.getpid()}-{threading.get_ident()}"
+    part = path.with_name(f"{path.name}.{who}.part")
     try:
-        part.write_text(text, encoding="utf-8")
+        with part.open("x", encoding="utf-8") as file:
+            file.write(text)
         replace_file(part, path)
     except OSError:
         part.unlink(missing_ok=True)

@@ -14,6 +14,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from enum import IntEnum
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
@@ -22,16 +23,22 @@ from mpi4py import MPI
 
 from mpisph.status import read_status
 
-NOTHING = 0
-CHECKPOINT = 1
-STOP_FILE = 2
-WALL_TIME = 3
-_SIGNAL = 100
-# Wishes of a rank before a step. The largest of all ranks counts; a signal's wish is
-# `_SIGNAL` and its number.
-
-STOP_NAME = "stop"
+STOP_FILE = "stop"
 """Name of the file in a run's folder that keeps the run from going on."""
+
+
+class Wish(IntEnum):
+    """What a rank asks for before a step; the largest wish of all ranks counts.
+
+    A signal's wish is `SIGNAL` and its number.
+    """
+
+    NOTHING = 0
+    CHECKPOINT = 1
+    STOP_FILE = 2
+    WALL_TIME = 3
+    SIGNAL = 100
+
 
 SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
 """Signals that ask a run to stop."""
@@ -42,16 +49,16 @@ TURN = 0.3
 
 def is_stop(wish: int) -> bool:
     """Say whether a wish is one to stop."""
-    return wish > CHECKPOINT
+    return wish > Wish.CHECKPOINT
 
 
 def reason(wish: int) -> str:
     """Return why a run stops, for people."""
-    if wish == STOP_FILE:
-        return f"file {STOP_NAME}"
-    if wish == WALL_TIME:
+    if wish == Wish.STOP_FILE:
+        return f"file {STOP_FILE}"
+    if wish == Wish.WALL_TIME:
         return "wall-time limit"
-    return f"signal {signal.Signals(wish - _SIGNAL).name}"
+    return f"signal {signal.Signals(wish - Wish.SIGNAL).name}"
 
 
 class Guard:
@@ -80,8 +87,8 @@ class Guard:
         return self._deadline - time.monotonic()
 
     def signal_wish(self) -> int:
-        """Return the wish to stop that a signal has brought, or `NOTHING`."""
-        return NOTHING if self._signal is None else _SIGNAL + self._signal
+        """Return the wish to stop that a signal has brought, or that for nothing."""
+        return Wish.NOTHING if self._signal is None else Wish.SIGNAL + self._signal
 
     @contextmanager
     def heeding_signals(self, comm: MPI.Intracomm) -> Iterator[None]:
@@ -149,18 +156,18 @@ class Guard:
         """Return an error for people; the trace of an unforeseen one goes to a file."""
         if isinstance(error, MemoryError):
             return "out of memory"
+        if isinstance(error, KeyboardInterrupt):
+            return "interrupted"
         if isinstance(error, OSError):
             place = f": {error.filename}" if error.filename else ""
             return f"{error.strerror or error}{place}"
-        name = f"mpisph-traceback-rank{MPI.COMM_WORLD.rank}.txt"
         text = f"{type(error).__name__}: {error}"
-        for folder in (self.folder, Path(tempfile.gettempdir())):
+        trace = "".join(traceback.format_exception(error))
+        for folder in (self.folder, None):
             with suppress(OSError):
-                if folder is not None:
-                    path = folder / name
-                    path.write_text("".join(traceback.format_exception(error)))
-                    return f"{text}\nThis is a fault of the program; details in {path}"
-        return text
+                path = _kept(trace, folder)
+                return f"{text}\nThis is a fault of the program; details in {path}"
+        return f"{text}\n{trace}"
 
     def _note(self, number: int, _: FrameType | None) -> None:
         """Take note of a signal."""
@@ -195,6 +202,15 @@ class Guard:
             status = None if self.folder is None else read_status(self.folder)
             return status is not None and status.state == "failed"
         return False
+
+
+def _kept(trace: str, folder: Path | None) -> str:
+    """Write a trace into a file of its own and return its name."""
+    prefix = f"mpisph-traceback-rank{MPI.COMM_WORLD.rank}-"
+    descriptor, path = tempfile.mkstemp(".txt", prefix, folder)
+    with open(descriptor, "w", encoding="utf-8") as file:
+        file.write(trace)
+    return path
 
 
 def is_alive(pid: int) -> bool:

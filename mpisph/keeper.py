@@ -4,17 +4,8 @@ import errno
 import time
 
 from mpisph.checkpoint import PARTICLE_BYTES
-from mpisph.errors import MpisphError
-from mpisph.guard import (
-    CHECKPOINT,
-    NOTHING,
-    STOP_FILE,
-    STOP_NAME,
-    WALL_TIME,
-    Guard,
-    is_stop,
-    reason,
-)
+from mpisph.errors import CollectiveError
+from mpisph.guard import STOP_FILE, Guard, Wish, is_stop, reason
 from mpisph.recorder import Recorder
 from mpisph.simulation import Simulation
 from mpisph.status import StatusFile
@@ -38,7 +29,7 @@ FULL = {errno.ENOSPC, errno.EDQUOT}
 
 
 class StopRequested(Exception):  # noqa: N818  it is no error
-    """A run that has stopped between two steps, with a checkpoint; `args` say why."""
+    """A run that has stopped between two steps, to be gone on with; says why."""
 
 
 class Keeper:
@@ -60,7 +51,7 @@ class Keeper:
         self._guard = guard
         self._first = sim.step
         self._settings = sim.case.checkpoints
-        self._stop_file = recorder.folder / STOP_NAME
+        self._stop_file = recorder.folder / STOP_FILE
         self._saved_at = time.monotonic()
         self._saved_time = sim.time
         self._polled_at = float("-inf")
@@ -79,7 +70,7 @@ class Keeper:
         if signal := self._guard.signal_wish():
             return signal
         if sim.comm.rank != 0:
-            return NOTHING
+            return Wish.NOTHING
         now = time.monotonic()
         if self._seen_at is not None:
             self._longest_step = max(self._longest_step, now - self._seen_at)
@@ -90,11 +81,11 @@ class Keeper:
                 self._refreshed_at = now
                 self._status.refresh(sim.step, sim.time)
             if self._stop_file.exists():
-                return STOP_FILE
+                return Wish.STOP_FILE
         margin = MARGIN * (self._longest_step + self._longest_checkpoint)
         if self._guard.time_left() < margin:
-            return WALL_TIME
-        return CHECKPOINT if self._is_due(now, sim.time) else NOTHING
+            return Wish.WALL_TIME
+        return Wish.CHECKPOINT if self._is_due(now, sim.time) else Wish.NOTHING
 
     def _is_due(self, now: float, time: float) -> bool:
         if now - self._saved_at >= self._settings.wall_interval:
@@ -115,34 +106,34 @@ class Keeper:
         ------
         StopRequested
             On all ranks, where the run is to stop.
-        MpisphError
-            On all ranks, where the wall time is too short for any step.
         OSError
             On all ranks, if the checkpoint cannot be written. For want of room a run
             that need not stop goes on, and tries again after the interval.
         """
-        if wish == NOTHING:
+        if wish == Wish.NOTHING:
             return
-        if wish == WALL_TIME and sim.step == self._first:
-            left = self._guard.time_left()
-            needed = MARGIN * self._longest_checkpoint
-            raise MpisphError(
-                "the wall-time limit leaves no time for a step: "
-                f"{left:.1f} s left, a step and a checkpoint may take {needed:.1f} s"
-            )
+        # Before the first step there is nothing to save: the run is as it was found.
+        if sim.step > self._first:
+            self._save(sim, must=is_stop(wish))
+        if is_stop(wish):
+            before = ", before any step" if sim.step == self._first else ""
+            raise StopRequested(f"{reason(wish)}{before}")
+
+    def _save(self, sim: Simulation, must: bool) -> None:
+        """Write a checkpoint; go on without it where the disk is full and it may be."""
         self._seen_at = None  # the coming step is not to count the checkpoint
         begin = time.monotonic()
         try:
             self._recorder.save_checkpoint(sim)
-            self._status.write("running", sim.step, sim.time)
-        except OSError as error:
-            if is_stop(wish) or error.errno not in FULL:
+        except CollectiveError as error:
+            if must or error.errno not in FULL:
                 raise
             self._recorder.warn(f"no checkpoint at step {sim.step}: {error}")
-        self._note_cost(time.monotonic() - begin)
+        else:
+            self._note_cost(time.monotonic() - begin)
+            if sim.comm.rank == 0:
+                self._status.refresh(sim.step, sim.time)
         self._saved_at, self._saved_time = time.monotonic(), sim.time
-        if is_stop(wish):
-            raise StopRequested(reason(wish))
 
     def _note_cost(self, cost: float) -> None:
         """Take the measured cost of a checkpoint instead of the assumed one."""

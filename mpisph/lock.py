@@ -69,7 +69,7 @@ class FolderLock:
         """Make sure that nobody is here; call it on rank 0."""
         self._file = os.open(self._folder / LOCK_FILE, os.O_RDWR | os.O_CREAT, 0o666)
         end = time.monotonic() + PATIENCE
-        while not _locked(self._file, fcntl.LOCK_EX):
+        while _locked(self._file, fcntl.LOCK_EX) is False:
             if time.monotonic() > end:
                 who = os.pread(self._file, 200, 0).decode("utf-8", "replace").strip()
                 raise MpisphError(f"{self._folder}: another run is at work here, {who}")
@@ -77,14 +77,18 @@ class FolderLock:
         os.ftruncate(self._file, 0)
         name = os.uname().nodename
         os.pwrite(self._file, f"process {os.getpid()} on {name}\n".encode(), 0)
-        _locked(self._file, fcntl.LOCK_SH)
+        self._share()
 
     def _join(self) -> None:
         """Share the lock, which now keeps others out until the last rank has ended."""
         if self._file is None:
             self._file = os.open(self._folder / LOCK_FILE, os.O_RDWR)
-            if not _locked(self._file, fcntl.LOCK_SH):
-                raise MpisphError(f"{self._folder}: another run has begun here")
+            self._share()
+
+    def _share(self) -> None:
+        """Hold the lock together with the other ranks."""
+        if self._file is None or _locked(self._file, fcntl.LOCK_SH) is False:
+            raise MpisphError(f"{self._folder}: another run has begun here")
 
     def _release(self) -> None:
         if self._file is not None:
@@ -92,24 +96,27 @@ class FolderLock:
             self._file = None
 
 
-def in_use(folder: Path) -> bool:
-    """Say whether a run is at work in a folder."""
+def in_use(folder: Path) -> bool | None:
+    """Say whether a run is at work in a folder; None where that cannot be known."""
     try:
-        file = os.open(folder / LOCK_FILE, os.O_RDWR)
-    except OSError:
+        file = os.open(folder / LOCK_FILE, os.O_RDONLY)
+    except FileNotFoundError:
         return False
+    except OSError:
+        return None
     try:
-        return not _locked(file, fcntl.LOCK_EX)
+        free = _locked(file, fcntl.LOCK_EX)
+        return None if free is None else not free
     finally:
         os.close(file)
 
 
-def _locked(file: int, kind: int) -> bool:
-    """Lock an open file unless others keep it; without locks, say that it is free."""
+def _locked(file: int, kind: int) -> bool | None:
+    """Lock an open file and say whether that was possible; None without locks."""
     try:
         fcntl.flock(file, kind | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
-    except OSError:  # a file system without locks: nothing can be known
-        return True
+    except OSError:  # a file system that has none, or none for readers
+        return None
     return True

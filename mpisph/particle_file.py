@@ -8,7 +8,7 @@ import io
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -249,7 +249,8 @@ def _opened(part: Path, **how: Any) -> Iterator[h5py.File]:
         # Closing a file that could not be written may hang, where no other rank and no
         # handler can help: then the system is to end this process, and with it all.
         signal.alarm(CLOSING_TIME)
-        file.close()
+        with suppress(Exception):  # the first error counts
+            file.close()
         signal.alarm(0)
         raise
     file.close()

@@ -3,6 +3,7 @@
 import os
 import time as wall_clock
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import timedelta
 from pathlib import Path
 from types import TracebackType
@@ -148,11 +149,12 @@ class Progress:
         traceback: TracebackType | None,
     ) -> None:
         """Say how far the run came and remove the bar."""
-        if self._last is not None and self._last is not self._said:
-            self._say(self._last)
         if self._bar is not None:
             self._bar.stop()
-            self._bar = None
+        if self._last is not None and self._last is not self._said:
+            with suppress(OSError):  # of the log; an error of the block counts
+                self._say(self._last)
+        self._bar = None
 
     def update(self, time: float, step: int, dt: float) -> None:
         """Take note of a step; cheap enough for every one.
@@ -179,11 +181,12 @@ class Progress:
             self._say(state)
 
     def tell(self, text: str) -> None:
-        """Write a line to the console and to the log."""
+        """Write a line to the console and, if it can be, to the log."""
         if self._active:
             _print_plain(self._console, text)
         if self._log is not None:
-            self._log.say(text)
+            with suppress(OSError):
+                self._log.say(text)
 
     def _say(self, state: _State) -> None:
         """Write a plain line to the console, unless it has a bar, and to the log."""

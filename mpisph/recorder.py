@@ -11,8 +11,8 @@ from mpi4py import MPI
 from pydantic import BaseModel, ConfigDict
 
 from mpisph.case import Case
-from mpisph.checkpoint import Checkpoint, write_checkpoint
-from mpisph.collectives import raise_together
+from mpisph.checkpoint import PARTICLE_BYTES, Checkpoint, write_checkpoint
+from mpisph.collectives import from_root, raise_together
 from mpisph.decomposition import imbalance
 from mpisph.diagnostics import ConservationErrors, conservation_errors, measure_cloud
 from mpisph.errors import MpisphError, UnstableError
@@ -69,6 +69,8 @@ class RunState(BaseModel):
     """Size of the history up to this step [bytes]."""
     wall: float
     """Time spent [s]."""
+    rank_seconds: float
+    """Time spent, over all ranks [s]."""
     interactions: int
     """Directed interactions evaluated by all ranks."""
     phases: dict[str, float]
@@ -115,6 +117,7 @@ class Recorder:
         self.last_row: HistoryRow | None = None
         self.begin = time.perf_counter() - (state.wall if state else 0.0)
         self.first_step: float | None = None
+        self._spent = (state.wall, state.rank_seconds) if state else (0.0, 0.0)
         self._interactions = state.interactions if state else 0
         self._phases = state.phases if state else {}
 
@@ -190,11 +193,11 @@ class Recorder:
             path = write_checkpoint(
                 sim.comm, self.folder, sim.step, sim.particles, sim.n_total, state
             )
-        size = path.stat().st_size / 1e6
+        size = sim.n_total * PARTICLE_BYTES / 1e6
         self.log.say(f"{path.name}: {size:.2f} MB in {watch.spent:.3f} s")
 
     def warn(self, text: str) -> None:
-        """Tell people of something that the run can do with."""
+        """Tell people of something that does not keep the run from going on."""
         self.progress.tell(f"warning: {text}")
 
     def _state(self, sim: Simulation) -> RunState:
@@ -212,11 +215,17 @@ class Recorder:
             energy_error_max=self.energy_error_max,
             snapshots=self.snapshots,
             clouds=tuple(self.clouds),
-            history_bytes=self.history.save(),
+            history_bytes=from_root(sim.comm, self.history.save),
             wall=self.wall,
+            rank_seconds=self._rank_seconds(sim.comm.size),
             interactions=self._all_interactions(sim),
             phases=self._longest_phases(sim),
         )
+
+    def _rank_seconds(self, ranks: int) -> float:
+        """Return the time since the run's start, over all ranks [s]."""
+        wall, rank_seconds = self._spent
+        return rank_seconds + ranks * (self.wall - wall)
 
     def _all_interactions(self, sim: Simulation) -> int:
         """Return the interactions of all ranks since the run's start; collective."""
@@ -233,17 +242,22 @@ class Recorder:
         return {n: self._phases.get(n, 0.0) + longest.get(n, 0.0) for n in names}
 
     def conclude(
-        self, sim: Simulation, status: Ending, failure: UnstableError | None
+        self,
+        sim: Simulation,
+        status: Ending,
+        failure: UnstableError | None = None,
+        reason: str | None = None,
     ) -> Result:
         """Gather what the result holds; collective."""
         wall = sim.comm.allreduce(self.wall, MPI.MAX)
         interactions = self._all_interactions(sim)
         phases = self._longest_phases(sim)
         stepping = wall - phases.get("output", 0.0)
+        rank_stepping = self._rank_seconds(sim.comm.size) * stepping / wall
         return Result(
             title=sim.case.title,
             status=status,
-            reason=failure.reason if failure else None,
+            reason=failure.reason if failure else reason,
             detail=failure.detail if failure else None,
             step=sim.step,
             time=sim.time,
@@ -262,7 +276,7 @@ class Recorder:
                 steps=sim.step,
                 wall=wall,
                 step_ms=1e3 * stepping / max(sim.step, 1),
-                interaction_ns=1e9 * stepping * sim.comm.size / max(interactions, 1),
+                interaction_ns=1e9 * rank_stepping / max(interactions, 1),
                 phases=phases,
                 first_step=self.first_step,
             ),

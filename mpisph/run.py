@@ -5,14 +5,13 @@ on from the last sound checkpoint where it was stopped, failed or was killed, an
 repeated once it has ended.
 """
 
-import shutil
 import time
 import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from mpi4py import MPI
 from rich.console import Console
@@ -24,6 +23,7 @@ from mpisph.checkpoint import (
     DamagedError,
     find_checkpoints,
     read_checkpoint,
+    remove_checkpoints,
     set_aside,
 )
 from mpisph.collectives import from_root, on_root
@@ -38,7 +38,7 @@ from mpisph.errors import (
 from mpisph.estimate import check_memory
 from mpisph.files import write_text
 from mpisph.guard import Guard
-from mpisph.history import History, kept_history
+from mpisph.history import HISTORY_FILE, History, kept_history
 from mpisph.jit import CACHE_FOLDER, is_compiled
 from mpisph.keeper import Keeper, StopRequested
 from mpisph.lock import FolderLock
@@ -57,11 +57,9 @@ SHOWN_DIFFERENCES = 5
 """How many differences between two cases are named."""
 
 
-class Stored(NamedTuple):
-    """A sound checkpoint and the state in it."""
-
-    checkpoint: Checkpoint
-    state: RunState
+HARMLESS = ("checkpoints.", "parallel.", "output.figures", "title")
+"""Beginnings of the keys that may change while a run is under way: no bit of what it
+computes depends on them."""
 
 
 def run(
@@ -105,9 +103,9 @@ def run(
         On all ranks, if another run is at work in the folder, or if it holds files of a
         run but no status.
     OSError
-        On all ranks, if a file cannot be written.
+        On all ranks, if a file cannot be written; on rank 0 alone, if it is the history
+        or the log: started with ``python -m mpi4py``, a program then ends on all ranks.
     """
-    check_memory(case, comm)
     on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
     session = _Session(comm, folder, console, guard)
     with FolderLock(comm, folder):
@@ -141,9 +139,8 @@ def resume(
     MpisphError, OSError
         See `run`; also where the folder holds no run.
     """
-    case = from_root(comm, lambda: _case_in(folder))
-    check_memory(case, comm)
     session = _Session(comm, folder, console, guard)
+    case = from_root(comm, lambda: case_in(folder))
     with FolderLock(comm, folder):
         status = from_root(comm, lambda: read_status(folder))
         if status is None:
@@ -151,7 +148,14 @@ def resume(
         return session.go_on(case, status)
 
 
-def _case_in(folder: Path) -> Case:
+def case_in(folder: Path) -> Case:
+    """Return the case of the run in a folder.
+
+    Raises
+    ------
+    MpisphError
+        If there is none.
+    """
     if not (folder / CASE_FILE).exists():
         raise MpisphError(f"{folder}: no {CASE_FILE}; is it a run's folder?")
     return load_case(folder / CASE_FILE)
@@ -170,7 +174,7 @@ def _status_of(case: Case, folder: Path) -> Status | None:
         return None
     if status.state not in FINAL and not (folder / CASE_FILE).exists():
         return None  # killed before it had begun
-    differing = _differences(_case_in(folder), case)
+    differing = _differences(case_in(folder), case)
     if differing:
         shown = ", ".join(differing[:SHOWN_DIFFERENCES])
         more = len(differing) - SHOWN_DIFFERENCES
@@ -185,13 +189,13 @@ def _status_of(case: Case, folder: Path) -> Status | None:
 
 
 def _differences(old: Case, new: Case) -> list[str]:
-    """Return what differs between two cases, as ``key: old, now new``."""
+    """Return what differs between two cases and matters, as ``key: old, now new``."""
     before, now = (dict(_leaves(case.model_dump())) for case in (old, new))
     keys = dict.fromkeys((*before, *now))
     return [
         f"{key}: {before.get(key, 'none')}, now {now.get(key, 'none')}"
         for key in keys
-        if before.get(key) != now.get(key)
+        if before.get(key) != now.get(key) and not key.startswith(HARMLESS)
     ]
 
 
@@ -230,53 +234,36 @@ class _Session:
 
     def begin(self, case: Case) -> Result:
         """Start a run anew."""
+        check_memory(case, self.comm)
         status = StatusFile(self.comm, self.folder, case.end_time, starts=1)
         # First of all: what is there then no longer counts as a run that has ended.
         status.write("running", 0, 0.0)
         on_root(self.comm, lambda: _clear_away(self.folder))
-        on_root(self.comm, lambda: write_text(self.folder / CASE_FILE, case.to_toml()))
-        return self._work(case, status, None)
+        return self._work(case, status, resuming=False)
 
     def go_on(self, case: Case, before: Status) -> Result:
         """Go on with a run, unless it has ended."""
         if before.state in FINAL:
             self.say(
                 f"{self.folder} holds a run that is {before.state}: nothing to do; "
-                "--force starts anew"
+                "`mpisph run --force` starts anew"
             )
+            if before.state == "completed":
+                on_root(self.comm, lambda: remove_checkpoints(self.folder))
             return from_root(self.comm, lambda: _read_result(self.folder))
+        check_memory(case, self.comm)
         on_root(self.comm, lambda: _remove_parts(self.folder))
-        stored = self._last_stored(case)
-        status = StatusFile(
-            self.comm, self.folder, case.end_time, starts=before.starts + 1
-        )
-        step, reached = (stored.state.step, stored.state.time) if stored else (0, 0.0)
-        status.write("running", step, reached)
-        return self._work(case, status, stored)
+        starts = before.starts + 1
+        status = StatusFile(self.comm, self.folder, case.end_time, starts)
+        return self._work(case, status, resuming=True)
 
-    def _last_stored(self, case: Case) -> Stored | None:
-        """Return the last sound checkpoint; None to start from the beginning."""
-        for path in from_root(self.comm, lambda: find_checkpoints(self.folder)):
-            try:
-                checkpoint = read_checkpoint(self.comm, path)
-            except DamagedError as error:
-                aside = from_root(self.comm, partial(set_aside, path))
-                self.say(f"{error}; kept as {aside.name}")
-                continue
-            except OSError as error:
-                self.say(f"{path}: cannot be read: {error}")
-                continue
-            state = _understood(path, checkpoint, case)
-            self.say(f"going on from {path.name}, t = {state.time * 1e6:.4f} us")
-            return Stored(checkpoint, state)
-        self.say(f"{self.folder}: no sound checkpoint; starting from the beginning")
-        return None
-
-    def _work(self, case: Case, status: StatusFile, stored: Stored | None) -> Result:
+    def _work(self, case: Case, status: StatusFile, resuming: bool) -> Result:
         """Run a case from its start or from a checkpoint, and see to its end."""
         with self.guard.working_in(self.folder, status.fail):
             try:
-                return self._run(case, status, stored)
+                path, text = self.folder / CASE_FILE, case.to_toml()
+                on_root(self.comm, lambda: write_text(path, text))
+                return self._run(case, status, resuming)
             except (MpisphError, CollectiveError) as error:
                 # What one rank alone meets is for `Guard.end_all_ranks`.
                 if self.comm.rank == 0:
@@ -291,34 +278,56 @@ class _Session:
         if find_checkpoints(self.folder):
             error.add_note(f"`mpisph resume {self.folder}` goes on from a checkpoint")
 
-    def _run(self, case: Case, status: StatusFile, stored: Stored | None) -> Result:
-        state = stored.state if stored else None
-        kept = 0
-        if state is not None:
-            size = state.history_bytes
-            kept = from_root(self.comm, lambda: kept_history(self.folder, size))
+    def _run(self, case: Case, status: StatusFile, resuming: bool) -> Result:
         with ExitStack() as stack:
             log = stack.enter_context(RunLog(self.folder, self.comm))
             log.say(f"{case.title}\n{self.comm.size} ranks, code cache {CACHE_FOLDER}")
             self._compile(log)
-            provenance = from_root(self.comm, _provenance)
-            if stored is None:
-                sim = start(case, self.comm)
-                log.say(f"{sim.n_total} particles")
+            state = None
+            if resuming:
+                sim, state = self._restored(case)
             else:
-                sim = restored(case, self.comm, *stored)
-                log.say(f"going on from step {sim.step}")
+                sim = start(case, self.comm)
+            log.say(f"{sim.n_total} particles, step {sim.step}")
+            status.write("running", sim.step, sim.time)
+            size = state.history_bytes if state else 0
+            kept = from_root(self.comm, lambda: kept_history(self.folder, size))
             history = stack.enter_context(History(self.folder, self.comm, kept))
             progress = stack.enter_context(
                 Progress(self.comm, case.end_time, self.console, log=log)
             )
+            provenance = from_root(self.comm, _provenance)
             recorder = Recorder(
                 sim, self.folder, history, progress, log, provenance, state
             )
             if state is not None:
-                self._warn_of_changes(recorder, state, kept)
+                _warn_of_changes(recorder, state, kept)
             keeper = Keeper(sim, recorder, status, self.guard)
-            return self._step_to_end(sim, recorder, keeper, status)
+            result = self._step_to_end(sim, recorder, keeper, status)
+        if result.status != "stopped" and case.output.figures:
+            self._draw()
+        return result
+
+    def _restored(self, case: Case) -> tuple[Simulation, RunState | None]:
+        """Return the run as the last sound checkpoint holds it, or else at its start.
+
+        Raises
+        ------
+        OSError
+            On all ranks, if a checkpoint cannot be read: another time it may.
+        """
+        for path in from_root(self.comm, lambda: find_checkpoints(self.folder)):
+            try:
+                checkpoint = read_checkpoint(self.comm, path)
+            except DamagedError as error:
+                aside = from_root(self.comm, partial(set_aside, path))
+                self.say(f"{error}; kept as {aside.name}")
+                continue
+            state = _understood(path, checkpoint, case)
+            self.say(f"going on from {path.name}, t = {state.time * 1e6:.4f} us")
+            return restored(case, self.comm, checkpoint, state), state
+        self.say(f"{self.folder}: no sound checkpoint; starting from the beginning")
+        return start(case, self.comm), None
 
     def _compile(self, log: RunLog) -> None:
         begin = time.perf_counter()
@@ -326,16 +335,6 @@ class _Session:
             self.say("compiling, once for this version: some 20 s")
         warm_up(self.comm)
         log.say(f"compiled code at hand after {time.perf_counter() - begin:.2f} s")
-
-    def _warn_of_changes(self, recorder: Recorder, state: RunState, kept: int) -> None:
-        """Say what is no longer as it was when the checkpoint was written."""
-        if state.provenance != recorder.provenance:
-            recorder.warn(
-                "the checkpoint was written by other software (see `provenance` in "
-                "it): the bits may differ from those of one run"
-            )
-        if kept != state.history_bytes:
-            recorder.warn("history.csv is not as it was written: it begins anew")
 
     def _step_to_end(
         self, sim: Simulation, recorder: Recorder, keeper: Keeper, status: StatusFile
@@ -353,18 +352,36 @@ class _Session:
             text = str(request)
             status.write("stopped", sim.step, sim.time, text)
             recorder.log.say(f"stopped at step {sim.step}: {text}")
-            return recorder.conclude(sim, "stopped", None)
+            return recorder.conclude(sim, "stopped", reason=text)
         recorder.write_last_row()
         result = recorder.conclude(sim, ending, failure)
         recorder.log.say(f"{ending}: {sim.step} steps in {recorder.wall:.2f} s")
         on_root(self.comm, lambda: write_result(self.folder, result))
-        if sim.case.output.figures:
-            on_root(self.comm, lambda: _draw(self.folder))
-        reason = failure.reason if failure else None
-        status.write(ending, sim.step, sim.time, reason)
+        status.write(ending, sim.step, sim.time, result.reason)
         if ending == "completed":  # what is unstable may be looked into
-            on_root(self.comm, lambda: _remove_checkpoints(self.folder))
+            on_root(self.comm, lambda: remove_checkpoints(self.folder))
         return result
+
+    def _draw(self) -> None:
+        """Draw the figures; the run has ended well without them."""
+        # Imported here: matplotlib takes longer to load than a small case to run.
+        from mpisph.figures import draw_run
+
+        try:
+            on_root(self.comm, lambda: draw_run(self.folder))
+        except (CollectiveError, MpisphError, RuntimeError) as error:
+            self.say(f"warning: no figures: {error}; see `mpisph figures`")
+
+
+def _warn_of_changes(recorder: Recorder, state: RunState, kept: int) -> None:
+    """Say what is no longer as it was when the checkpoint was written."""
+    if state.provenance != recorder.provenance:
+        recorder.warn(
+            "the checkpoint was written by other software (see `provenance` in it): "
+            "the bits may differ from those of one run"
+        )
+    if kept != state.history_bytes:
+        recorder.warn("history.csv is not as it was written: it begins anew")
 
 
 def _understood(path: Path, checkpoint: Checkpoint, case: Case) -> RunState:
@@ -383,7 +400,7 @@ def _understood(path: Path, checkpoint: Checkpoint, case: Case) -> RunState:
             f"{path}: written by another version of mpisph; `mpisph run --force` "
             "starts anew"
         ) from error
-    if stored != case:
+    if _differences(stored, case):
         raise MpisphError(
             f"{path}: belongs to another case than {CASE_FILE} beside it; was that "
             "changed?"
@@ -397,16 +414,9 @@ def _read_result(folder: Path) -> Result:
         return read_result(path)
     except (OSError, ValueError) as error:
         raise MpisphError(
-            f"{path}: missing or damaged, although the run has ended; --force runs it "
-            "again"
+            f"{path}: missing or damaged, although the run has ended; `mpisph run "
+            "--force` runs it again"
         ) from error
-
-
-def _draw(folder: Path) -> None:
-    # Imported here: matplotlib takes longer to load than a small case to run.
-    from mpisph.figures import draw_run
-
-    draw_run(folder)
 
 
 def _provenance() -> dict[str, str]:
@@ -414,7 +424,9 @@ def _provenance() -> dict[str, str]:
 
 
 def _clear_away(folder: Path) -> None:
-    """Remove the files of an earlier run."""
+    """Remove the files of an earlier run; first what it could be gone on with from."""
+    (folder / CASE_FILE).unlink(missing_ok=True)
+    remove_checkpoints(folder)
     stale = [
         *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*"),
         *(folder / "figures").glob("cloud_*.png"),
@@ -423,17 +435,16 @@ def _clear_away(folder: Path) -> None:
     ]
     for path in stale:
         path.unlink(missing_ok=True)
-    _remove_checkpoints(folder)
     _remove_parts(folder)
 
 
 def _remove_parts(folder: Path) -> None:
     """Remove what was left of files when a run was killed."""
-    for place in (folder, folder / SNAPSHOTS_FOLDER, folder / CHECKPOINTS_FOLDER):
-        for path in place.glob("*.part"):
-            path.unlink(missing_ok=True)
-
-
-def _remove_checkpoints(folder: Path) -> None:
-    """Remove the folder of checkpoints, which a run that has ended needs no more."""
-    shutil.rmtree(folder / CHECKPOINTS_FOLDER, ignore_errors=True)
+    names = (CASE_FILE, HISTORY_FILE, RESULT_FILE, SERIES_FILE, STATUS_FILE)
+    parts = [
+        *(path for name in names for path in folder.glob(f"{name}.*.part")),
+        *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*.part"),
+        *(folder / CHECKPOINTS_FOLDER).glob("checkpoint_*.part"),
+    ]
+    for path in parts:
+        path.unlink(missing_ok=True)

@@ -127,8 +127,11 @@ class StatusFile:
         ----------
         reason : str
         """
-        self._now = self._now.model_copy(update={"state": "failed", "reason": reason})
-        with suppress(OSError):  # the disk itself may be what failed
+        with suppress(OSError, MpisphError):  # the disk itself may be what failed
+            # Rank 0 knows best how far the run has come.
+            self._now = read_status(self._folder) or self._now
+            changes = {"state": "failed", "reason": reason}
+            self._now = self._now.model_copy(update=changes)
             self._write()
 
     def _write(self) -> None:
@@ -152,7 +155,9 @@ def read_status(folder: Path) -> Status | None:
     except FileNotFoundError:
         return None
     except ValueError as error:
-        raise MpisphError(f"{path}: not the status of a run") from error
+        raise MpisphError(
+            f"{path}: not the status of a run; `mpisph run --force` starts anew"
+        ) from error
 
 
 def _now() -> str:

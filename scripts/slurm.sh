@@ -38,7 +38,8 @@ run goes on from its last checkpoint.
 
   -o FOLDER        (an option of 'mpisph run') where the run goes; of several, their folders
   MPISPH_RUNS      instead of 'runs'
-  MPISPH_LAUNCH    what starts the ranks, such as 'srun'; default 'mpirun --quiet -n TASKS'
+  MPISPH_LAUNCH    what starts the ranks, such as 'srun --kill-on-bad-exit=1'; default
+                   'mpirun --quiet -n TASKS'
   MPISPH_MARGIN    seconds of the job's time that are not the run's (default 60)
   MPISPH_HOME      the checkout, where this script does not find it
 

@@ -10,25 +10,15 @@ import pytest
 from launch import PATIENCE, environment, launch
 from mpi4py import MPI
 
-from mpisph.guard import (
-    CHECKPOINT,
-    NOTHING,
-    SIGNALS,
-    STOP_FILE,
-    WALL_TIME,
-    Guard,
-    is_alive,
-    is_stop,
-    reason,
-)
+from mpisph.guard import SIGNALS, Guard, Wish, is_alive, is_stop, reason
 
 SELF = MPI.COMM_SELF
 
 
 def test_wishes_have_reasons():
-    assert [is_stop(wish) for wish in (NOTHING, CHECKPOINT)] == [False, False]
-    assert reason(STOP_FILE) == "file stop"
-    assert reason(WALL_TIME) == "wall-time limit"
+    assert [is_stop(wish) for wish in (Wish.NOTHING, Wish.CHECKPOINT)] == [False, False]
+    assert reason(Wish.STOP_FILE) == "file stop"
+    assert reason(Wish.WALL_TIME) == "wall-time limit"
 
 
 @pytest.mark.parametrize("number", SIGNALS)
@@ -36,12 +26,12 @@ def test_a_signal_becomes_a_wish(number):
     guard = Guard()
     before = signal.getsignal(number)
     with guard.heeding_signals(SELF):
-        assert guard.signal_wish() == NOTHING
+        assert guard.signal_wish() == Wish.NOTHING
         os.kill(os.getpid(), number)
         assert is_stop(guard.signal_wish())
         assert reason(guard.signal_wish()) == f"signal {number.name}"
         # Whatever else is wished for, it counts.
-        assert guard.signal_wish() > WALL_TIME
+        assert guard.signal_wish() > Wish.WALL_TIME
     assert signal.getsignal(number) is before
 
 

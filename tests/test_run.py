@@ -6,7 +6,7 @@ import pytest
 from launch import CASES
 from mpi4py import MPI
 from oracles import agree
-from runs import differences
+from runs import differences, status
 
 from mpisph.case import load_case
 from mpisph.errors import CaseError, MpisphError
@@ -168,12 +168,46 @@ def test_a_lost_result_is_an_error(tmp_path):
 
 def test_leftovers_of_a_kill_are_removed(tmp_path):
     run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(9))
-    parts = [tmp_path / "a.part", tmp_path / "checkpoints" / "b.part"]
-    for part in parts:
-        part.touch()
+    theirs = tmp_path / "film.iso.part"
+    names = ("status.json.host-1-2.part", "snapshots/snapshot_00077.part",
+             "checkpoints/checkpoint_000000007.part")  # fmt: skip
+    for path in (theirs, *(tmp_path / name for name in names)):
+        path.touch()
     resume(MPI.COMM_SELF, tmp_path)
-    assert not any(part.exists() for part in parts)
+    assert list(tmp_path.rglob("*.part")) == [theirs]
     assert not (tmp_path / "checkpoints").exists()
+
+
+def test_what_changes_no_bit_may_change_on_the_way(tmp_path):
+    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(9))
+    changed = short_case("checkpoints.wall_interval=1h", "parallel.cut=z")
+    result = run(changed, MPI.COMM_SELF, tmp_path)
+    assert result.status == "completed"
+    assert result.step > 9
+    assert load_case(tmp_path / "case.toml") == changed
+
+
+def test_figures_that_cannot_be_drawn_do_not_undo_a_run(tmp_path, monkeypatch, capsys):
+    def fail(_):
+        raise ValueError("no such font")
+
+    monkeypatch.setattr("mpisph.figures.draw_run", fail)
+    result = run(short_case("output.figures=true"), MPI.COMM_SELF, tmp_path)
+    assert result.status == status(tmp_path)["state"] == "completed"
+    assert "no figures: ValueError: no such font" in capsys.readouterr().err
+
+
+def test_a_linked_folder_of_checkpoints_is_emptied(tmp_path):
+    elsewhere = tmp_path / "scratch"
+    elsewhere.mkdir()
+    (elsewhere / "mine.txt").touch()
+    folder = tmp_path / "run"
+    folder.mkdir()
+    (folder / "checkpoints").symlink_to(elsewhere)
+    run(short_case(), MPI.COMM_SELF, folder, guard=StopAt(9))
+    assert len(list(elsewhere.iterdir())) == 2
+    assert run(short_case(), MPI.COMM_SELF, folder).status == "completed"
+    assert [path.name for path in elsewhere.iterdir()] == ["mine.txt"]
 
 
 def test_all_files_follow_the_umask(tmp_path):
