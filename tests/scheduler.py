@@ -18,9 +18,9 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from launch import environment
+from launch import PATIENCE, environment
 
-PATIENCE = 120.0
+LONGEST = 120.0
 """Longest that a start of a job may take [s]."""
 
 
@@ -77,8 +77,8 @@ class Scheduler:
 
     def environment(self, **more):
         path = f"{self.bin}{os.pathsep}{os.environ['PATH']}"
-        own = {"PATH": path, "SCHEDULER": str(self.folder), **self.variables}
-        return environment(**own, **more)
+        own = {"PATH": path, "SCHEDULER": str(self.folder), PATIENCE: "1"}
+        return environment(**{**own, **self.variables, **more})
 
     def start(self, job, cwd, **variables):
         """Run a job once, to its end or to that of its time."""
@@ -104,7 +104,7 @@ class Scheduler:
             job.code = shell.wait()
 
     def watch(self, job, shell):
-        began, given_up = self.clock(), time.monotonic() + PATIENCE
+        began, given_up = self.clock(), time.monotonic() + LONGEST
         while shell.poll() is None:
             time.sleep(0.02)
             assert time.monotonic() < given_up, job.text()

@@ -446,7 +446,7 @@ def test_scripts_run_stops_with_a_checkpoint(
     code, text = run.end()
     assert code == 75, text
     assert status(folder)["state"] == "stopped"
-    assert status(folder)["reason"] == "signal SIGUSR1"
+    assert status(folder)["reason"].startswith("signal SIGUSR1")
     assert "`mpisph resume" in text
     if how != "Ctrl-C":
         return

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -376,11 +377,29 @@ def fill(disk, left):
     return filler
 
 
+@contextmanager
+def between_files(launcher, folder):
+    """Hold a run at a moment when it is writing no file."""
+    writer = ranks_of(launcher)[0]
+    while True:
+        os.kill(writer, signal.SIGSTOP)
+        time.sleep(0.05)
+        if not list(folder.rglob("*.part")):
+            break
+        os.kill(writer, signal.SIGCONT)
+        time.sleep(0.005)
+    try:
+        yield
+    finally:
+        os.kill(writer, signal.SIGCONT)
+
+
 @pytest.mark.parametrize("left", [0, 600_000])
 def test_a_full_disk_during_a_snapshot(left, small_disk, uninterrupted):
     folder = small_disk / "run"
     launcher = begin_and_wait(folder, 2, *RUN, folder)
-    filler = fill(small_disk, left)
+    with between_files(launcher, folder):
+        filler = fill(small_disk, left)
     _, err = launcher.communicate(timeout=30)
     assert launcher.returncode == 1
     assert err.count("mpisph: ") == 1
@@ -403,7 +422,8 @@ def test_a_full_disk_during_checkpoints_lets_the_run_go_on(small_disk):
     folder = small_disk / "run"
     late = (*OPTIONS, "--set", "output.every=3us", "-o", folder)
     launcher = begin_and_wait(folder, 2, "run", SHOT, *late, checkpoints=2)
-    filler = fill(small_disk, 600_000)
+    with between_files(launcher, folder):
+        filler = fill(small_disk, 600_000)
     log = folder / "log.txt"
     wait_until(lambda: "warning: no checkpoint at step" in log.read_text())
     filler.unlink()
@@ -416,10 +436,9 @@ def test_a_full_disk_at_the_stop_keeps_the_last_checkpoint(small_disk, uninterru
     folder = small_disk / "run"
     late = (*OPTIONS, "--set", "checkpoints.interval=1us", "-o", folder)
     launcher = begin_and_wait(folder, 2, "run", SHOT, *late)
-    os.kill(ranks_of(launcher)[0], signal.SIGSTOP)
-    filler = fill(small_disk, 600_000)
-    os.kill(ranks_of(launcher)[1], signal.SIGUSR1)
-    os.kill(ranks_of(launcher)[0], signal.SIGCONT)
+    with between_files(launcher, folder):
+        filler = fill(small_disk, 600_000)
+        os.kill(ranks_of(launcher)[1], signal.SIGUSR1)
     _, err = launcher.communicate(timeout=30)
     assert launcher.returncode == 1
     assert "No space left on device for a" in err

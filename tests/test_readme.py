@@ -63,8 +63,7 @@ def test_commands_and_options_exist():
     for name in re.findall(r"\bmpisph cache ([a-z]+)", README):
         assert name in cli.commands["cache"].commands
     options = {o for c in cli.commands.values() for p in c.params for o in p.opts}
-    foreign = set(re.findall(r"^sbatch (--[a-z]+)", README, re.M))
-    assert foreign == {"--array"}
+    foreign = {"--array", "--kill-on-bad-exit"}  # of sbatch and srun
     assert set(re.findall(r"(?<=\s)--[a-z-]+", README)) <= options | foreign
 
 
