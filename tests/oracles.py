@@ -378,6 +378,25 @@ def approx(want, rel=2e-15, abs=0.0):
 # -- Ranks
 
 
+def numbered(ids):
+    """Particles whose fields are functions of the id, in the order given."""
+    ids = np.asarray(ids, np.int64)
+    p = Particles.zeros(len(ids))
+    p.id[:] = ids
+    p.body[:] = ids % 2
+    p.material[:] = ids % 3
+    p.values[:] = np.sin(0.1 + ids + np.arange(len(p.values))[:, None]) * 1e3
+    return p
+
+
+def share(comm, n, seed=3):
+    """Return this rank's share of 0..n-1, dealt at random; rank 0 gets none."""
+    rng = np.random.default_rng(seed)
+    owner = rng.integers(min(1, comm.size - 1), comm.size, n)
+    ids = rng.permutation(n)
+    return ids[owner[ids] == comm.rank]
+
+
 def agree(comm, problems):
     """Fail on every rank if any rank has problems; one that fails alone blocks all."""
     everyone = comm.allgather([str(problem) for problem in problems])

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 from mpi4py import MPI
-from oracles import agree
+from oracles import agree, numbered, share
 
 import mpisph.checkpoint
 from mpisph.checkpoint import (
@@ -26,28 +26,15 @@ N = 60
 STATE = '{"title": "Größe"}'
 
 
-def particles(ids):
-    """Particles whose fields are functions of the id, with all sorts of bits."""
-    ids = np.asarray(ids, np.int64)
-    p = Particles.zeros(len(ids))
-    p.id[:] = ids
-    p.body[:] = ids % 2
-    p.material[:] = ids % 3
-    p.values[:] = np.sin(0.1 + ids + np.arange(len(p.values))[:, None]) * 1e3
-    p.values[3] = np.where(ids % 5 == 0, np.nan, 5e-324)
+def odd(ids):
+    """Particles with bits of all sorts."""
+    p = numbered(ids)
+    p.values[3] = np.where(p.id % 5 == 0, np.nan, 5e-324)
     return p
 
 
-def share(comm, n, seed=3):
-    """This rank's share of 0..n-1, dealt at random; rank 0 gets none."""
-    rng = np.random.default_rng(seed)
-    owner = rng.integers(min(1, comm.size - 1), comm.size, n)
-    ids = rng.permutation(n)
-    return ids[owner[ids] == comm.rank]
-
-
 def write(comm, folder, step=7, n=N, state=STATE):
-    return write_checkpoint(comm, folder, step, particles(share(comm, n)), n, state)
+    return write_checkpoint(comm, folder, step, odd(share(comm, n)), n, state)
 
 
 def same(p, q):
@@ -65,9 +52,7 @@ def test_any_ranks_read_the_bits_that_any_ranks_wrote(mpi_tmp_path, monkeypatch,
         part = world.Split(0 if world.rank < size else 1, world.rank)
         got = read_checkpoint(part, path)
         everyone = Particles.unpack(part.allgather(got.particles.pack()))
-        if (got.n_total, got.state) != (n, STATE) or not same(
-            everyone, particles(range(n))
-        ):
+        if (got.n_total, got.state) != (n, STATE) or not same(everyone, odd(range(n))):
             problems.append(size)
         part.Free()
     agree(world, problems)

@@ -9,10 +9,11 @@ import h5py
 import numpy as np
 import pytest
 from mpi4py import MPI
+from oracles import numbered, share
 
 import mpisph.particle_file
 from mpisph.errors import CollectiveError, MpisphError
-from mpisph.particles import FIELDS, Particles
+from mpisph.particles import FIELDS
 from mpisph.snapshot import read_series, read_snapshot, write_snapshot
 
 SELF = MPI.COMM_SELF
@@ -20,30 +21,11 @@ CASE = 'title = "Größe"\n'
 METADATA = {"case": CASE, "revision": "abc-dirty", "versions": '{"numpy": "2"}'}
 
 
-def particles(ids):
-    """Particles whose fields are functions of the id, in the order given."""
-    ids = np.asarray(ids, np.int64)
-    p = Particles.zeros(len(ids))
-    p.id[:] = ids
-    p.body[:] = ids % 2
-    p.material[:] = ids % 3
-    p.values[:] = np.sin(0.1 + ids + np.arange(len(p.values))[:, None]) * 1e3
-    return p
-
-
-def share(comm, n, seed=3):
-    """Return this rank's share of 0..n-1, dealt at random; rank 0 gets none."""
-    rng = np.random.default_rng(seed)
-    owner = rng.integers(min(1, comm.size - 1), comm.size, n)
-    ids = rng.permutation(n)
-    return ids[owner[ids] == comm.rank]
-
-
 def write(comm, folder, n=50, index=3, **options):
     values = {"time": 6e-6, "step": 12, "metadata": METADATA, "n_total": n} | options
     if comm.rank == 0 and not folder.is_file():
         folder.mkdir(exist_ok=True)
-    mine = particles(share(comm, n))
+    mine = numbered(share(comm, n))
     return write_snapshot(comm, folder, index, mine, **values)
 
 
@@ -67,7 +49,7 @@ def test_reading_returns_the_bits_written(tmp_path):
     path = write(SELF, tmp_path)
     assert path == tmp_path / "snapshots" / "snapshot_00003.vtkhdf"
     got = read_snapshot(path)
-    want = particles(np.arange(50))
+    want = numbered(np.arange(50))
     assert got[:3] == (6e-6, 12, CASE)
     assert got.metadata == METADATA
     names = {f.name for f in FIELDS if f.saved} | {"r", "z"}
@@ -78,7 +60,7 @@ def test_reading_returns_the_bits_written(tmp_path):
 
 
 def test_points_are_z_r_0_in_single_precision(tmp_path):
-    want = particles(np.arange(50))
+    want = numbered(np.arange(50))
     with h5py.File(write(SELF, tmp_path)) as file:
         points = file["VTKHDF/Points"][...]
         u = file["VTKHDF/PointData/u"][...]
@@ -107,7 +89,7 @@ def test_every_column_names_symbol_unit_and_meaning(tmp_path):
 def test_pyvista_reads_it(tmp_path, n):
     pyvista = pytest.importorskip("pyvista")
     mesh = pyvista.read(write(SELF, tmp_path, n))
-    want = particles(np.arange(n))
+    want = numbered(np.arange(n))
     assert (mesh.n_points, mesh.n_cells) == (n, 1)
     np.testing.assert_array_equal(mesh.points[:, 0], want.z.astype(np.float32))
     np.testing.assert_array_equal(mesh.cells if n < 1 else mesh.verts[1:], range(n))
@@ -135,7 +117,7 @@ def test_no_particles_at_all(tmp_path, writer):
 
 
 def test_particles_may_be_missing(tmp_path):
-    mine = particles([7, 2, 5])
+    mine = numbered([7, 2, 5])
     path = write_snapshot(
         SELF, tmp_path, 0, mine, time=0.0, step=0, metadata={}, n_total=10
     )
@@ -250,7 +232,7 @@ def test_files_do_not_depend_on_the_number_of_ranks(mpi_tmp_path, writer, n):
 @by_writer
 def test_all_on_one_rank(mpi_tmp_path, writer):
     comm = MPI.COMM_WORLD
-    mine = particles(np.arange(30)[::-1] if comm.rank == comm.size - 1 else [])
+    mine = numbered(np.arange(30)[::-1] if comm.rank == comm.size - 1 else [])
     path = write_snapshot(
         comm,
         mpi_tmp_path,
@@ -263,7 +245,7 @@ def test_all_on_one_rank(mpi_tmp_path, writer):
         writer=writer,
     )
     got = read_snapshot(path)
-    np.testing.assert_array_equal(got.arrays["rho"], particles(np.arange(30)).rho)
+    np.testing.assert_array_equal(got.arrays["rho"], numbered(np.arange(30)).rho)
     assert got.case == CASE
 
 
