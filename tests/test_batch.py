@@ -359,6 +359,14 @@ def checkout(tmp_path):
     return folder
 
 
+def take_terminal():
+    """Make the standard input a new session's terminal, with its Ctrl-C."""
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+    # A shell leaves ignored what it finds so, as below a shell's background job.
+    for number in (signal.SIGINT, signal.SIGQUIT):
+        signal.signal(number, signal.SIG_DFL)
+
+
 class Terminal:
     """A command on a terminal of its own, to which `keys` may be written."""
 
@@ -371,7 +379,7 @@ class Terminal:
             stdout=theirs,
             stderr=theirs,
             start_new_session=True,
-            preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+            preexec_fn=take_terminal,
         )
         os.close(theirs)
 

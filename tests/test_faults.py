@@ -40,15 +40,32 @@ def uninterrupted(tmp_path_factory):
     return folder
 
 
+LAUNCHERS = []
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_running():
+    """End what a test that has failed leaves behind."""
+    yield
+    while LAUNCHERS:
+        launcher = LAUNCHERS.pop()
+        if launcher.poll() is None:
+            for pid in [*ranks_of(launcher).values(), launcher.pid]:
+                os.kill(pid, signal.SIGKILL)
+            launcher.communicate()
+
+
 def begin(ranks, *arguments, **more):
     """Start mpisph under mpirun and return the process of mpirun."""
-    return subprocess.Popen(
+    launcher = subprocess.Popen(
         ["mpirun", "--quiet", "-n", str(ranks), MPISPH, *map(str, arguments)],
         env=environment(**more),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
+    LAUNCHERS.append(launcher)
+    return launcher
 
 
 def ranks_of(launcher):

@@ -83,12 +83,14 @@ def test_everything_comes_back(mpi_tmp_path):
     problems += [
         name
         for name in RunState.model_fields
-        if name not in {"wall", "phases", "history_bytes"}
+        if name not in {"wall", "rank_seconds", "phases", "history_bytes"}
         and getattr(old, name) != getattr(new, name)
     ]
     agree(comm, problems)
     assert (old.snapshots, new.step, len(new.initial)) == (2, 23, 4)
     assert state.wall <= new.wall < state.wall + 60.0
+    assert 0.0 < state.rank_seconds <= state.wall * comm.size < new.wall * comm.size
+    assert state.rank_seconds < new.rank_seconds
     assert new.phases["pair loop"] >= state.phases["pair loop"] > 0.0
 
 
