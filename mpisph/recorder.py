@@ -202,6 +202,7 @@ class Recorder:
 
     def _state(self, sim: Simulation) -> RunState:
         """Return the state of the run; collective."""
+        wall = self.wall
         return RunState(
             case=self.metadata["case"],
             provenance=self.provenance,
@@ -216,16 +217,16 @@ class Recorder:
             snapshots=self.snapshots,
             clouds=tuple(self.clouds),
             history_bytes=from_root(sim.comm, self.history.save),
-            wall=self.wall,
-            rank_seconds=self._rank_seconds(sim.comm.size),
+            wall=wall,
+            rank_seconds=self._rank_seconds(sim.comm.size, wall),
             interactions=self._all_interactions(sim),
             phases=self._longest_phases(sim),
         )
 
-    def _rank_seconds(self, ranks: int) -> float:
-        """Return the time since the run's start, over all ranks [s]."""
-        wall, rank_seconds = self._spent
-        return rank_seconds + ranks * (self.wall - wall)
+    def _rank_seconds(self, ranks: int, wall: float) -> float:
+        """Return the time over all ranks, where that on the wall is `wall` [s]."""
+        before, rank_seconds = self._spent
+        return rank_seconds + ranks * (wall - before)
 
     def _all_interactions(self, sim: Simulation) -> int:
         """Return the interactions of all ranks since the run's start; collective."""
@@ -253,7 +254,7 @@ class Recorder:
         interactions = self._all_interactions(sim)
         phases = self._longest_phases(sim)
         stepping = wall - phases.get("output", 0.0)
-        rank_stepping = self._rank_seconds(sim.comm.size) * stepping / wall
+        rank_stepping = self._rank_seconds(sim.comm.size, wall) * stepping / wall
         return Result(
             title=sim.case.title,
             status=status,
