@@ -29,7 +29,6 @@ from mpisph.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
 from mpisph.launcher import launch_of, mismatch
 from mpisph.materials.quantities import si_value
 from mpisph.progress import open_console
-from mpisph.provenance import versions
 
 BAD_INPUT = 2
 UNSTABLE = 3
@@ -74,6 +73,15 @@ walltime_option = click.option(
     callback=_duration,
     help="Time that the program may take, such as 3h50m: before it is up, a run writes "
     "a checkpoint and stops.",
+)
+
+
+runs_argument = click.argument(
+    "folders",
+    metavar="RUN...",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
 )
 
 
@@ -136,13 +144,7 @@ def run_command(
 
 
 @cli.command("resume")
-@click.argument(
-    "folders",
-    metavar="RUN...",
-    nargs=-1,
-    required=True,
-    type=click.Path(path_type=Path),
-)
+@runs_argument
 @walltime_option
 @click.pass_obj
 def resume_command(
@@ -237,13 +239,7 @@ def _say_ending(folder: Path, result: "Result") -> None:
 
 
 @cli.command("status")
-@click.argument(
-    "folders",
-    metavar="RUN...",
-    nargs=-1,
-    required=True,
-    type=click.Path(path_type=Path),
-)
+@runs_argument
 def status_command(folders: tuple[Path, ...]) -> None:
     """Say how the runs in folders stand."""
     lines = from_root(MPI.COMM_WORLD, lambda: [_status_line(f) for f in folders])
@@ -498,7 +494,7 @@ def main() -> NoReturn:
     sys.excepthook = guard.end_all_ranks
     first = MPI.COMM_WORLD.rank == 0
     launch = launch_of(os.environ)
-    text = mismatch(launch, MPI.COMM_WORLD.size, versions()["mpi"])
+    text = mismatch(launch, MPI.COMM_WORLD.size, MPI.Get_library_version())
     if text is not None:
         sys.exit(f"mpisph: {text}" if launch and launch.rank == 0 else 1)
     if not first:

@@ -17,7 +17,7 @@ from mpi4py import MPI
 from numba import njit
 
 import mpisph.jit  # noqa: F401  it sets Numba's cache folder before first use
-from mpisph.errors import CollectiveError, MpisphError
+from mpisph.errors import CollectiveError, MpisphError, os_error_text
 from mpisph.particles import LABELS, VALUES, FloatArray, IntArray, Particles
 
 T = TypeVar("T")
@@ -345,10 +345,7 @@ def _shared(error: Exception, where: str) -> Exception:
         return error
     if not isinstance(error, OSError):
         return RuntimeError(f"{type(error).__name__}: {error} {where}")
-    text = error.strerror or str(error)
-    if error.filename is not None:
-        text = f"{text}: {error.filename}"
-    return CollectiveError(error.errno or errno.EIO, f"{text} {where}")
+    return CollectiveError(error.errno or errno.EIO, f"{os_error_text(error)} {where}")
 
 
 class _RecordType:

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["CaseError", "CollectiveError", "MpisphError", "Problem", "UnstableError"]
+__all__ = [
+    "CaseError",
+    "CollectiveError",
+    "MpisphError",
+    "Problem",
+    "UnstableError",
+    "os_error_text",
+]
 
 
 class MpisphError(Exception):
@@ -17,6 +24,12 @@ class CollectiveError(OSError):
 
     Any other OSError may have met one rank alone, which must then end the others.
     """
+
+
+def os_error_text(error: OSError) -> str:
+    """Return an error of the file system for people: what, and where."""
+    place = "" if error.filename is None else f": {error.filename}"
+    return f"{error.strerror or error}{place}"
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from typing import NoReturn
 
 from mpi4py import MPI
 
+from mpisph.errors import os_error_text
 from mpisph.status import read_status
 
 STOP_FILE = "stop"
@@ -159,8 +160,7 @@ class Guard:
         if isinstance(error, KeyboardInterrupt):
             return "interrupted"
         if isinstance(error, OSError):
-            place = f": {error.filename}" if error.filename else ""
-            return f"{error.strerror or error}{place}"
+            return os_error_text(error)
         text = f"{type(error).__name__}: {error}"
         trace = "".join(traceback.format_exception(error))
         for folder in (self.folder, None):

@@ -46,6 +46,11 @@ def launch_of(environment: Mapping[str, str]) -> Launch | None:
     return None
 
 
+def library_name(version: str) -> str:
+    """Return name and version of an MPI library from its long description."""
+    return version.split("\n")[0].split(",")[0].strip("\0 ")
+
+
 def mismatch(launch: Launch | None, size: int, library: str) -> str | None:
     """Return what is wrong where a launcher's processes do not find each other.
 
@@ -55,7 +60,7 @@ def mismatch(launch: Launch | None, size: int, library: str) -> str | None:
     size : int
         Of the world communicator.
     library : str
-        Name and version of the MPI library.
+        Description of the MPI library.
 
     Returns
     -------
@@ -66,6 +71,6 @@ def mismatch(launch: Launch | None, size: int, library: str) -> str | None:
         return None
     return (
         f"{launch.launcher} has started {launch.size} processes, but each finds itself "
-        f"alone: mpisph uses another MPI, {library}. Start it with that MPI's own "
-        "mpirun, or install mpi4py for the one at hand."
+        f"alone: mpisph uses another MPI, {library_name(library)}. Start it with that "
+        "MPI's own mpirun, or install mpi4py for the one at hand."
     )

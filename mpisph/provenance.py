@@ -11,6 +11,7 @@ from mpi4py import MPI
 from mpi4py import __version__ as mpi4py_version
 
 from mpisph import __version__
+from mpisph.launcher import library_name
 
 UNKNOWN = "unknown"
 """Revision of sources that are not in a checkout."""
@@ -28,7 +29,7 @@ def versions() -> dict[str, str]:
         "h5py": h5py.__version__,
         "hdf5": h5py.version.hdf5_version,
         "mpi4py": mpi4py_version,
-        "mpi": MPI.Get_library_version().split("\n")[0].split(",")[0].strip("\0 "),
+        "mpi": library_name(MPI.Get_library_version()),
     }
 
 

@@ -45,13 +45,16 @@ def make_steps(sim, recorder, count):
 
 
 def stored_run(comm, folder):
-    """A run of 23 steps and its checkpoint."""
+    """A run of 23 steps, its checkpoint as it is read, and the state in that."""
     case = load_case(CASES / "piekutowski-4-1353.toml", SETTINGS)
     sim = start(case, comm)
     recorder = begin(comm, sim, folder)
     make_steps(sim, recorder, 23)
     recorder.save_checkpoint(sim)
-    return sim, recorder, folder / "checkpoints" / "checkpoint_000000023.h5"
+    finish(recorder)
+    path = folder / "checkpoints" / "checkpoint_000000023.h5"
+    checkpoint = read_checkpoint(comm, path)
+    return sim, recorder, checkpoint, RunState.model_validate_json(checkpoint.state)
 
 
 def differing_parts(sim, back):
@@ -71,10 +74,7 @@ def differing_parts(sim, back):
 @pytest.mark.mpi(min_size=1)
 def test_everything_comes_back(mpi_tmp_path):
     comm = MPI.COMM_WORLD
-    sim, recorder, path = stored_run(comm, mpi_tmp_path)
-    finish(recorder)
-    checkpoint = read_checkpoint(comm, path)
-    state = RunState.model_validate_json(checkpoint.state)
+    sim, recorder, checkpoint, state = stored_run(comm, mpi_tmp_path)
     back = restored(sim.case, comm, checkpoint, state)
     again = begin(comm, back, mpi_tmp_path, state)
     old, new = recorder._state(sim), again._state(back)
@@ -97,10 +97,7 @@ def test_everything_comes_back(mpi_tmp_path):
 @pytest.mark.mpi(min_size=1)
 def test_the_cut_of_a_restored_run_is_balanced(mpi_tmp_path):
     comm = MPI.COMM_WORLD
-    sim, recorder, path = stored_run(comm, mpi_tmp_path)
-    finish(recorder)
-    checkpoint = read_checkpoint(comm, path)
-    state = RunState.model_validate_json(checkpoint.state)
+    sim, _, checkpoint, state = stored_run(comm, mpi_tmp_path)
     back = restored(sim.case, comm, checkpoint, state)
     work = survey(back).work
     rebalance(back, work)
@@ -112,10 +109,7 @@ def test_the_cut_of_a_restored_run_is_balanced(mpi_tmp_path):
 @pytest.mark.parametrize("value", [-1, 2])
 def test_labels_out_of_range_are_refused(field, value, tmp_path):
     comm = MPI.COMM_SELF
-    sim, recorder, path = stored_run(comm, tmp_path)
-    finish(recorder)
-    checkpoint = read_checkpoint(comm, path)
+    sim, _, checkpoint, state = stored_run(comm, tmp_path)
     getattr(checkpoint.particles, field)[7] = value
-    state = RunState.model_validate_json(checkpoint.state)
     with pytest.raises(MpisphError, match="no case's"):
         restored(sim.case, comm, checkpoint, state)

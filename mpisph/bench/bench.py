@@ -20,7 +20,7 @@ from mpisph.bench.scenes import (
 )
 from mpisph.bench.startup import measure_start_up
 from mpisph.case import Case, load_case
-from mpisph.collectives import on_root
+from mpisph.collectives import from_root
 from mpisph.compiled import run_tiny_case, warm_up
 from mpisph.provenance import cpu_model, git_revision, versions
 from mpisph.simulation import start
@@ -165,13 +165,7 @@ def _scenes(
 
 def _load(case_file: Path, comm: MPI.Intracomm, npr: int) -> Case:
     """Read the case on rank 0, for all ranks."""
-    cases: list[Case] = []
-    on_root(
-        comm,
-        lambda: cases.append(load_case(case_file, [f"resolution.npr={npr}"])),
-    )
-    cases = comm.bcast(cases)
-    return cases[0]
+    return from_root(comm, lambda: load_case(case_file, [f"resolution.npr={npr}"]))
 
 
 def rank_counts(size: int) -> list[int]:
