@@ -22,6 +22,9 @@ LOCK_FILE = ".lock"
 PATIENCE = 3.0
 """How long to wait for the ranks of a run that was just killed to end [s]."""
 
+GLANCE = 0.05
+"""How long to wait for those that only look whether the folder is in use [s]."""
+
 
 class FolderLock:
     """Context in which a folder belongs to the ranks of a communicator.
@@ -68,12 +71,9 @@ class FolderLock:
     def _take(self) -> None:
         """Make sure that nobody is here; call it on rank 0."""
         self._file = os.open(self._folder / LOCK_FILE, os.O_RDWR | os.O_CREAT, 0o666)
-        end = time.monotonic() + PATIENCE
-        while _locked(self._file, fcntl.LOCK_EX) is False:
-            if time.monotonic() > end:
-                who = os.pread(self._file, 200, 0).decode("utf-8", "replace").strip()
-                raise MpisphError(f"{self._folder}: another run is at work here, {who}")
-            time.sleep(0.05)
+        if _locked(self._file, fcntl.LOCK_EX, PATIENCE) is False:
+            who = os.pread(self._file, 200, 0).decode("utf-8", "replace").strip()
+            raise MpisphError(f"{self._folder}: another run is at work here, {who}")
         os.ftruncate(self._file, 0)
         name = os.uname().nodename
         os.pwrite(self._file, f"process {os.getpid()} on {name}\n".encode(), 0)
@@ -87,7 +87,7 @@ class FolderLock:
 
     def _share(self) -> None:
         """Hold the lock together with the other ranks."""
-        if self._file is None or _locked(self._file, fcntl.LOCK_SH) is False:
+        if self._file is None or _locked(self._file, fcntl.LOCK_SH, GLANCE) is False:
             raise MpisphError(f"{self._folder}: another run has begun here")
 
     def _release(self) -> None:
@@ -105,18 +105,26 @@ def in_use(folder: Path) -> bool | None:
     except OSError:
         return None
     try:
-        free = _locked(file, fcntl.LOCK_EX)
+        free = _locked(file, fcntl.LOCK_EX, GLANCE)
         return None if free is None else not free
     finally:
         os.close(file)
 
 
-def _locked(file: int, kind: int) -> bool | None:
-    """Lock an open file and say whether that was possible; None without locks."""
-    try:
-        fcntl.flock(file, kind | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # a file system that has none, or none for readers
-        return None
-    return True
+def _locked(file: int, kind: int, patience: float) -> bool | None:
+    """Lock an open file and say whether that was possible; None without locks.
+
+    Who asks `in_use` has the file alone for a moment: one refusal says nothing.
+    """
+    end = time.monotonic() + patience
+    while True:
+        try:
+            fcntl.flock(file, kind | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.005)
+        except OSError:  # a file system that has none, or none for readers
+            return None
+        else:
+            return True

@@ -3,6 +3,8 @@
 import os
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from mpi4py import MPI
@@ -61,6 +63,33 @@ def test_the_lock_names_its_process_and_ends_with_the_block(tmp_path):
         assert f"process {os.getpid()} on" in (tmp_path / LOCK_FILE).read_text()
     assert not in_use(tmp_path)
     assert not in_use(tmp_path / "nowhere")
+
+
+def test_many_may_look_at_once(tmp_path):
+    with FolderLock(SELF, tmp_path):
+        pass
+    with ThreadPoolExecutor(8) as pool:
+        looks = list(pool.map(lambda _: in_use(tmp_path), range(400)))
+    assert not any(looks)
+
+
+def test_a_look_does_not_refuse_a_run(tmp_path):
+    (tmp_path / LOCK_FILE).touch()
+    stop = threading.Event()
+
+    def look():
+        while not stop.is_set():
+            in_use(tmp_path)
+
+    looker = threading.Thread(target=look)
+    looker.start()
+    try:
+        for _ in range(300):
+            with FolderLock(SELF, tmp_path):
+                pass
+    finally:
+        stop.set()
+        looker.join()
 
 
 def test_an_error_in_the_block_ends_the_lock(tmp_path):
