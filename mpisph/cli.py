@@ -277,7 +277,7 @@ def schema_command() -> None:
 @click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
 def figures_command(folder: Path) -> None:
     """Draw the figures of the run folder RUN again."""
-    from mpisph.figures import draw_run
+    from mpisph.figures.cloud import draw_run
 
     comm = MPI.COMM_WORLD
     paths = from_root(comm, lambda: draw_run(folder))

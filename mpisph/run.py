@@ -365,7 +365,7 @@ class _Session:
     def _draw(self) -> None:
         """Draw the figures; the run has ended well without them."""
         # Imported here: matplotlib takes longer to load than a small case to run.
-        from mpisph.figures import draw_run
+        from mpisph.figures.cloud import draw_run
 
         try:
             on_root(self.comm, lambda: draw_run(self.folder))

@@ -191,7 +191,7 @@ def test_figures_that_cannot_be_drawn_do_not_undo_a_run(tmp_path, monkeypatch, c
     def fail(_):
         raise ValueError("no such font")
 
-    monkeypatch.setattr("mpisph.figures.draw_run", fail)
+    monkeypatch.setattr("mpisph.figures.cloud.draw_run", fail)
     result = run(short_case("output.figures=true"), MPI.COMM_SELF, tmp_path)
     assert result.status == status(tmp_path)["state"] == "completed"
     assert "no figures: ValueError: no such font" in capsys.readouterr().err

@@ -4,7 +4,7 @@ import math
 import textwrap
 import tomllib
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -23,53 +23,22 @@ from mpisph.diagnostics import (
     in_cloud,
     measure_arrays,
 )
+from mpisph.figures.style import (
+    BODY_COLOURS,
+    BOX,
+    COMPUTED,
+    DPI,
+    MEASURED,
+    REAR_FACE,
+    STYLE,
+    WIDTH,
+)
 from mpisph.particles import FloatArray
 from mpisph.snapshot import Snapshot, read_series, read_snapshot
 
 FIGURES_FOLDER = "figures"
 
-BODY_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
-"""Okabe and Ito's colours, which colour-blind readers can tell apart."""
-
 _NO_ERRORS = CloudErrors(None, None)
-
-_MEASURED: dict[str, Any] = {
-    "color": "black",
-    "linestyle": (0, (6, 3)),
-    "linewidth": 1.3,
-}
-_COMPUTED: dict[str, Any] = {
-    "color": "#B2182B",
-    "linestyle": (0, (1, 1.5)),
-    "linewidth": 1.6,
-}
-_BOX: dict[str, Any] = {
-    "facecolor": "white",
-    "edgecolor": "none",
-    "alpha": 0.75,
-    "pad": 0.8,
-}
-_REAR_FACE: dict[str, Any] = {"color": "0.45", "linestyle": "-", "linewidth": 0.8}
-
-_STYLE: dict[Any, Any] = {
-    "font.size": 9.0,
-    "axes.labelsize": 9.5,
-    "axes.titlesize": 10.0,
-    "legend.fontsize": 8.0,
-    "legend.frameon": False,
-    "legend.handlelength": 2.6,
-    "legend.columnspacing": 1.2,
-    "legend.labelspacing": 0.35,
-    "axes.linewidth": 0.8,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.top": True,
-    "ytick.right": True,
-}
-
-_WIDTH = 7.0
-_DPI = 200
-# Width of a figure [in] and its resolution: 1400 pixels across.
 
 _MOST_POINTS = 400_000
 # More points than this in a figure of 1400 pixels only cover each other.
@@ -196,7 +165,7 @@ def draw_cloud(
         measure = measure_arrays(a["id"], a["r"], a["z"], a["u_z"], a["m"], definition)
     view = _choose_view(snapshot, case, definition, measure, exposure)
     lines = _title_lines(case, snapshot.time, exposure)
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure, axes = _make_axes(view, len(lines), max(len(case.bodies) + 1, 3))
         # A dollar sign of the user's title begins no formula.
         axes.set_title("\n".join(lines), loc="left", parse_math=False)
@@ -274,10 +243,10 @@ def _make_axes(view: _View, title_lines: int, legend_lines: int) -> tuple[Figure
     """Return a figure whose axes have one scale for both directions."""
     left, right = 0.62, 0.12
     bottom, top = 0.6 + 0.175 * legend_lines, 0.2 + 0.19 * title_lines
-    width = _WIDTH - left - right
+    width = WIDTH - left - right
     height = width * view.aspect
-    size = (_WIDTH, bottom + height + top)
-    figure = Figure(figsize=size, dpi=_DPI)
+    size = (WIDTH, bottom + height + top)
+    figure = Figure(figsize=size, dpi=DPI)
     box = (left / size[0], bottom / size[1], width / size[0], height / size[1])
     axes = figure.add_axes(box)
     axes.set_xlim(view.z_low, view.z_high)
@@ -295,7 +264,7 @@ def _draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: _View) -> 
     z, r = a["z"] * 1e3, a["r"] * 1e3
     every = 1 + len(z) // _MOST_POINTS
     drawn = view.shows(z, r) & (a["id"] % every == 0)
-    points_per_mm = axes.bbox.width * 72.0 / _DPI / (view.z_high - view.z_low)
+    points_per_mm = axes.bbox.width * 72.0 / DPI / (view.z_high - view.z_low)
     # Each dot stands for `every` particles and covers their area.
     size = case.spacing * 1e3 * every**0.5 * points_per_mm
     size = max(size, _smallest_dot(len(z)))
@@ -325,7 +294,7 @@ def _smallest_dot(n: int) -> float:
 
 def _draw_rear_face(axes: Axes, definition: CloudDefinition) -> None:
     if math.isfinite(definition.rear):
-        axes.axvline(definition.rear * 1e3, label="original rear face", **_REAR_FACE)
+        axes.axvline(definition.rear * 1e3, label="original rear face", **REAR_FACE)
 
 
 def _draw_sizes(
@@ -344,7 +313,7 @@ def _draw_sizes(
         _size_label("measured", radii[0], lengths[0], _NO_ERRORS),
         _size_label("computed, outermost", radii[1], lengths[1], errors),
     )
-    for kind, style in enumerate((_MEASURED, _COMPUTED)):
+    for kind, style in enumerate((MEASURED, COMPUTED)):
         axes.plot([], [], label=labels[kind], **style)
         length, radius = lengths[kind], radii[kind]
         if length is not None:
@@ -374,7 +343,7 @@ def _label_length(
             va="top",
             rotation=90,
             fontsize=8.5,
-            bbox=_BOX,
+            bbox=BOX,
             zorder=4,
         )
 
@@ -393,7 +362,7 @@ def _label_radius(
             ha="left",
             va="bottom" if outer else "top",
             fontsize=8.5,
-            bbox=_BOX,
+            bbox=BOX,
             zorder=4,
         )
 

@@ -1,21 +1,20 @@
 """Figures: what a reader would look for in them, read back from the axes and pixels."""
 
-from pathlib import Path
-
 import matplotlib.image
 import numpy as np
 import pytest
+from launch import CASES
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from mpi4py import MPI
 
 from mpisph.case import load_case
 from mpisph.diagnostics import CloudMeasure
-from mpisph.figures import BODY_COLOURS, draw_cloud, draw_run, exposure_at
+from mpisph.figures.cloud import draw_cloud, draw_run, exposure_at
+from mpisph.figures.style import BODY_COLOURS
 from mpisph.particles import Particles
 from mpisph.snapshot import write_snapshot
 
-CASES = Path(__file__).parents[1] / "cases"
 TIME = 6e-6
 OFFSET_TIME = 7.05e-6
 
