@@ -7,7 +7,6 @@ rank meets alone, and the death of a rank, end all.
 
 import json
 import os
-import re
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -28,67 +27,28 @@ from mpisph.guard import STOP_FILE, Guard
 from mpisph.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
 from mpisph.launcher import launch_of, mismatch
 from mpisph.materials.quantities import si_value
+from mpisph.options import (
+    BAD_INPUT,
+    STOPPED,
+    UNSTABLE,
+    runs_argument,
+    set_option,
+    walltime_option,
+)
 from mpisph.progress import open_console
-
-BAD_INPUT = 2
-UNSTABLE = 3
-STOPPED = 75
-"""The code EX_TEMPFAIL of sysexits.h: try again later."""
-
-_DURATION = re.compile(r"(?:(\d+)d)?(?:(\d+)h)?(?:(\d+)m(?:in)?)?(?:(\d+)s)?")
-_CLOCK = re.compile(r"(?:(\d+)-)?(\d+):(\d\d):(\d\d)")
+from mpisph.study_cli import study_group
 
 if TYPE_CHECKING:
     from mpisph.result import Result
-
-set_option = click.option(
-    "--set",
-    "overrides",
-    metavar="KEY=VALUE",
-    multiple=True,
-    help="Override a key of the case, such as --set resolution.npr=20 (repeatable).",
-)
-
-
-def _duration(
-    _: click.Context, option: click.Parameter, text: str | None
-) -> float | None:
-    """Return a duration such as ``3h50m`` or ``1-12:00:00`` in seconds."""
-    if text is None:
-        return None
-    found = _DURATION.fullmatch(text) or _CLOCK.fullmatch(text)
-    days, hours, minutes, seconds = (
-        (int(x or 0) for x in found.groups()) if found else (0,) * 4
-    )
-    total = seconds + 60 * (minutes + 60 * (hours + 24 * days))
-    if total <= 0:
-        wanted = "expected a duration such as 3h50m, 90s or 1-12:00:00"
-        raise click.BadParameter(f"{text!r}: {wanted}", param=option)
-    return float(total)
-
-
-walltime_option = click.option(
-    "--walltime",
-    metavar="DURATION",
-    callback=_duration,
-    help="Time that the program may take, such as 3h50m: before it is up, a run writes "
-    "a checkpoint and stops.",
-)
-
-
-runs_argument = click.argument(
-    "folders",
-    metavar="RUN...",
-    nargs=-1,
-    required=True,
-    type=click.Path(path_type=Path),
-)
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="mpisph")
 def cli() -> None:
     """Axisymmetric SPH for hypervelocity impact; mpirun starts it on many ranks."""
+
+
+cli.add_command(study_group)
 
 
 @cli.command("run")

@@ -146,15 +146,20 @@ class Guard:
         rank = MPI.COMM_WORLD.rank
         time.sleep(TURN * min(rank, 8))  # the same may have met all: the first speaks
         if not self._has_failed():
-            text = f"rank {rank} of {MPI.COMM_WORLD.size}: {self._described(error)}"
+            text = f"rank {rank} of {MPI.COMM_WORLD.size}: {self.described(error)}"
             self._fail(text)
             sys.stderr.write(f"mpisph: {text}\n")
             sys.stderr.flush()
         MPI.COMM_WORLD.Abort(1)
         os._exit(1)
 
-    def _described(self, error: BaseException) -> str:
-        """Return an error for people; the trace of an unforeseen one goes to a file."""
+    def described(self, error: BaseException) -> str:
+        """Return an error for people; the trace of an unforeseen one goes to a file.
+
+        Parameters
+        ----------
+        error : BaseException
+        """
         if isinstance(error, MemoryError):
             return "out of memory"
         if isinstance(error, KeyboardInterrupt):

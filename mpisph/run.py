@@ -7,16 +7,15 @@ repeated once it has ended.
 
 import time
 import tomllib
-from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from mpi4py import MPI
 from rich.console import Console
 
 from mpisph.case import Case, case_from_dict, load_case
+from mpisph.case.identity import differences
 from mpisph.checkpoint import (
     CHECKPOINTS_FOLDER,
     Checkpoint,
@@ -55,11 +54,6 @@ CASE_FILE = "case.toml"
 
 SHOWN_DIFFERENCES = 5
 """How many differences between two cases are named."""
-
-
-HARMLESS = ("checkpoints.", "parallel.", "output.figures", "title")
-"""Beginnings of the keys that may change while a run is under way: no bit of what it
-computes depends on them."""
 
 
 def run(
@@ -174,7 +168,7 @@ def _status_of(case: Case, folder: Path) -> Status | None:
         return None
     if status.state not in FINAL and not (folder / CASE_FILE).exists():
         return None  # killed before it had begun
-    differing = _differences(case_in(folder), case)
+    differing = differences(case_in(folder), case)
     if differing:
         shown = ", ".join(differing[:SHOWN_DIFFERENCES])
         more = len(differing) - SHOWN_DIFFERENCES
@@ -186,30 +180,6 @@ def _status_of(case: Case, folder: Path) -> Status | None:
         )
         raise CaseError([problem])
     return status
-
-
-def _differences(old: Case, new: Case) -> list[str]:
-    """Return what differs between two cases and matters, as ``key: old, now new``."""
-    before, now = (dict(_leaves(case.model_dump())) for case in (old, new))
-    keys = dict.fromkeys((*before, *now))
-    return [
-        f"{key}: {before.get(key, 'none')}, now {now.get(key, 'none')}"
-        for key in keys
-        if before.get(key) != now.get(key) and not key.startswith(HARMLESS)
-    ]
-
-
-def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    """Return the dotted keys and the values of nested tables and arrays."""
-    items: Any = ()
-    if isinstance(value, Mapping):
-        items = value.items()
-    elif isinstance(value, list | tuple):
-        items = enumerate(value)
-    else:
-        yield key, value
-    for name, inner in items:
-        yield from _leaves(inner, f"{key}.{name}" if key else str(name))
 
 
 class _Session:
@@ -400,7 +370,7 @@ def _understood(path: Path, checkpoint: Checkpoint, case: Case) -> RunState:
             f"{path}: written by another version of mpisph; `mpisph run --force` "
             "starts anew"
         ) from error
-    if _differences(stored, case):
+    if differences(stored, case):
         raise MpisphError(
             f"{path}: belongs to another case than {CASE_FILE} beside it; was that "
             "changed?"

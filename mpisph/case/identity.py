@@ -1,0 +1,76 @@
+"""When two cases are the same: what they compute is, bit by bit."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from mpisph.case.model import Case
+
+__all__ = ["HARMLESS", "case_key", "differences"]
+
+HARMLESS = ("checkpoints.", "parallel.", "output.figures", "title")
+"""Beginnings of the keys that may change while a run is under way: no bit of what it
+computes depends on them."""
+
+KEY_DIGITS = 12
+"""Hexadecimal digits of a case's key: two of a million cases share one with a chance of
+1 in 500."""
+
+
+def differences(old: Case, new: Case) -> list[str]:
+    """Return what differs between two cases and matters, as ``key: old, now new``.
+
+    Parameters
+    ----------
+    old, new : Case
+
+    Returns
+    -------
+    list of str
+        Empty where the cases compute the same.
+    """
+    before, now = _essence(old), _essence(new)
+    keys = dict.fromkeys((*before, *now))
+    return [
+        f"{key}: {before.get(key, 'none')}, now {now.get(key, 'none')}"
+        for key in keys
+        if before.get(key) != now.get(key)
+    ]
+
+
+def case_key(case: Case) -> str:
+    """Return a digest of all that a case computes depends on.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    str
+        `KEY_DIGITS` hexadecimal digits; cases without `differences` have the same.
+    """
+    text = json.dumps(_essence(case), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:KEY_DIGITS]
+
+
+def _essence(case: Case) -> dict[str, Any]:
+    """Return the dotted keys that matter, with their values."""
+    leaves = _leaves(case.model_dump())
+    return {key: value for key, value in leaves if not key.startswith(HARMLESS)}
+
+
+def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Return the dotted keys and the values of nested tables and arrays."""
+    items: Any = ()
+    if isinstance(value, Mapping):
+        items = value.items()
+    elif isinstance(value, list | tuple):
+        items = enumerate(value)
+    else:
+        yield key, value
+    for name, inner in items:
+        yield from _leaves(inner, f"{key}.{name}" if key else str(name))

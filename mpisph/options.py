@@ -1,0 +1,57 @@
+"""Exit codes, and the options and arguments that several commands share."""
+
+import re
+from pathlib import Path
+
+import click
+
+BAD_INPUT = 2
+UNSTABLE = 3
+STOPPED = 75
+"""The code EX_TEMPFAIL of sysexits.h: try again later."""
+
+_DURATION = re.compile(r"(?:(\d+)d)?(?:(\d+)h)?(?:(\d+)m(?:in)?)?(?:(\d+)s)?")
+_CLOCK = re.compile(r"(?:(\d+)-)?(\d+):(\d\d):(\d\d)")
+
+set_option = click.option(
+    "--set",
+    "overrides",
+    metavar="KEY=VALUE",
+    multiple=True,
+    help="Override a key of the case, such as --set resolution.npr=20 (repeatable).",
+)
+
+
+def duration(
+    _: click.Context, option: click.Parameter, text: str | None
+) -> float | None:
+    """Return a duration such as ``3h50m`` or ``1-12:00:00`` in seconds."""
+    if text is None:
+        return None
+    found = _DURATION.fullmatch(text) or _CLOCK.fullmatch(text)
+    days, hours, minutes, seconds = (
+        (int(x or 0) for x in found.groups()) if found else (0,) * 4
+    )
+    total = seconds + 60 * (minutes + 60 * (hours + 24 * days))
+    if total <= 0:
+        wanted = "expected a duration such as 3h50m, 90s or 1-12:00:00"
+        raise click.BadParameter(f"{text!r}: {wanted}", param=option)
+    return float(total)
+
+
+walltime_option = click.option(
+    "--walltime",
+    metavar="DURATION",
+    callback=duration,
+    help="Time that the program may take, such as 3h50m: before it is up, a run writes "
+    "a checkpoint and stops.",
+)
+
+
+runs_argument = click.argument(
+    "folders",
+    metavar="RUN...",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
+)

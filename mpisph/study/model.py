@@ -1,0 +1,340 @@
+"""The study file: a base case, and what is varied in it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import Field, ValidationError, model_validator
+
+from mpisph.case import Case, CaseSource
+from mpisph.case.identity import case_key
+from mpisph.case.positions import line_numbers
+from mpisph.case.problems import Origins, integer_problems
+from mpisph.case.toml_file import read_toml
+from mpisph.errors import CaseError, Problem
+from mpisph.materials.quantities import (
+    Description,
+    FrozenModel,
+    Identifier,
+    Source,
+    Title,
+)
+
+MOST_CASES = 100_000
+"""More cases than this are taken for a slip."""
+
+Key = Annotated[str, Field(min_length=1, max_length=200)]
+Value = bool | int | float | Annotated[str, Field(max_length=200)]
+Settings = dict[Key, Value]
+
+
+class Parameter(FrozenModel):
+    """A setting that is varied; the study has every combination of all of them."""
+
+    name: Identifier
+    """Name of its column in the table."""
+    key: Key
+    """Key of the case that it sets, such as ``resolution.nph``."""
+    values: Annotated[tuple[Value, ...], Field(min_length=1, max_length=10_000)]
+    """Its values, as a case file would give them."""
+    unit: Annotated[str, Field(max_length=20)] = ""
+    """Unit of the values, where they are numbers; by default SI."""
+    label: Description = ""
+    """What it is called in figures; by default its name."""
+
+
+class Derived(FrozenModel):
+    """A setting that follows a parameter."""
+
+    key: Key
+    """Key of the case that it sets."""
+    parameter: Identifier
+    """Name of the parameter that it follows."""
+    factor: float = 1.0
+    """It is so many times the parameter, where that is a number."""
+
+
+class Variant(FrozenModel):
+    """A case of its own, crossed with all parameters."""
+
+    name: Identifier
+    """Name in the table and in figures."""
+    label: Description = ""
+    """What it is called in figures; by default its name."""
+    base: Annotated[str, Field(max_length=500)] | None = None
+    """Case file, relative to the study's; by default the study's."""
+    set: Settings = Field(default_factory=dict)
+    """Further settings."""
+
+
+class FigureSpec(FrozenModel):
+    """How a study is drawn."""
+
+    kind: Literal["lines", "map", "shots", "convergence"]
+    """Lines against a parameter; a map of the total error over three; computed beside
+    measured values of each variant; quantities against resolution."""
+    x: Identifier | None = None
+    """Parameter along the horizontal axis."""
+    lines: Identifier | None = None
+    """Parameter, or ``variant``, that each line stands for."""
+    panels: Identifier | None = None
+    """Parameter, or ``variant``, that each panel stands for."""
+    quantities: tuple[Literal["R_b", "L_b"], ...] = ("R_b", "L_b")
+    """What is drawn."""
+    exposures: tuple[float, ...] = ()
+    """Nominal times of the exposures drawn [us]; by default all."""
+
+
+class PaperRange(FrozenModel):
+    """Range of a parameter that a source gives for a combination of others."""
+
+    at: dict[Identifier, float]
+    """The combination."""
+    low: float | None = None
+    """Lower end; left out with `high` where the source names no range."""
+    high: float | None = None
+    """Upper end; left out where the source names none."""
+
+
+class PaperValue(FrozenModel):
+    """A figure that a source gives for a case."""
+
+    at: dict[Identifier, Value]
+    """The case: ``variant``, or parameters."""
+    time: float
+    """Nominal time of the exposure [us]."""
+    radius: float | None = None
+    """R_b [mm]."""
+    length: float | None = None
+    """L_b [mm]."""
+
+
+class Paper(FrozenModel):
+    """What the source that a study follows gives in numbers."""
+
+    parameter: Identifier | None = None
+    """The parameter that `ranges` are of."""
+    limit_percent: float | None = None
+    """Total error below which a setting is in a range [%]."""
+    ranges: tuple[PaperRange, ...] = ()
+    """Ranges."""
+    values: tuple[PaperValue, ...] = ()
+    """Single figures."""
+
+
+class StudyFile(FrozenModel):
+    """A study, as its file describes it."""
+
+    title: Title
+    """What is studied."""
+    source: Source | None = None
+    """Where the study comes from."""
+    base: Annotated[str, Field(max_length=500)] | None = None
+    """Case file that is varied, relative to this one."""
+    set: Settings = Field(default_factory=dict)
+    """Settings of all cases."""
+    parameters: Annotated[tuple[Parameter, ...], Field(max_length=20)] = ()
+    """What is varied."""
+    derived: Annotated[tuple[Derived, ...], Field(max_length=100)] = ()
+    """What follows."""
+    variants: Annotated[tuple[Variant, ...], Field(max_length=1000)] = ()
+    """Cases that are crossed with the parameters."""
+    figure: FigureSpec | None = None
+    """How it is drawn."""
+    paper: Paper = Paper()
+    """What the source gives in numbers."""
+
+    @model_validator(mode="after")
+    def _check(self) -> StudyFile:
+        """Check names, and that there is something to vary."""
+        names = [p.name for p in self.parameters]
+        for kind, found in (
+            ("parameters", names),
+            ("variants", [v.name for v in self.variants]),
+        ):
+            twice = [name for name in found if found.count(name) > 1]
+            if twice:
+                raise ValueError(f"two {kind} are called {twice[0]}")
+        unknown = [d.parameter for d in self.derived if d.parameter not in names]
+        if unknown:
+            raise ValueError(f"derived: no parameter {unknown[0]}")
+        if "variant" in names:
+            raise ValueError("a parameter may not be called variant")
+        if self.base is None and not (
+            self.variants and all(variant.base for variant in self.variants)
+        ):
+            raise ValueError("required: base, the case file that is varied")
+        count = self.count
+        if count > MOST_CASES:
+            raise ValueError(f"{count} cases; expected at most {MOST_CASES}")
+        return self
+
+    @property
+    def count(self) -> int:
+        """Number of cases."""
+        values = math.prod(len(parameter.values) for parameter in self.parameters)
+        return values * max(len(self.variants), 1)
+
+
+class StudyCase(NamedTuple):
+    """One case of a study.
+
+    Attributes
+    ----------
+    number : int
+        Its number in the study, from 0 on.
+    variant : str
+        Name of its variant; empty where the study has none.
+    settings : dict
+        Value of each parameter, by name, as the study file gives it.
+    overrides : tuple of str
+        ``key=value``, as ``mpisph run --set`` takes them.
+    case : Case
+    key : str
+        See `case_key`; cases of different studies with the same key share a run.
+    """
+
+    number: int
+    variant: str
+    settings: dict[str, Any]
+    overrides: tuple[str, ...]
+    case: Case
+    key: str
+
+    def name(self) -> str:
+        """Return the case's variant and settings for people."""
+        settings = [f"{name} = {value}" for name, value in self.settings.items()]
+        return ", ".join([self.variant] * bool(self.variant) + settings) or "base"
+
+
+class Study(NamedTuple):
+    """A study that has been read and checked.
+
+    Attributes
+    ----------
+    path : Path
+        The study file.
+    file : StudyFile
+    cases : tuple of StudyCase
+    """
+
+    path: Path
+    file: StudyFile
+    cases: tuple[StudyCase, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the study: that of its file without the ending."""
+        return self.path.stem
+
+
+def load_study(path: Path) -> Study:
+    """Read a study and make all of its cases.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    CaseError
+        With every mistake of the file; or, if the file is sound, with those of the
+        cases that it makes, each once.
+    """
+    file = _read_file(path)
+    cases: list[StudyCase] = []
+    problems: dict[str, Problem] = {}
+    sources: dict[Path, CaseSource] = {}
+    for index, (variant, settings) in enumerate(_combinations(file)):
+        base = path.parent / str((variant and variant.base) or file.base)
+        overrides = _overrides(file, variant, settings)
+        try:
+            if base not in sources:
+                sources[base] = CaseSource(base)
+            case = sources[base].case(overrides)
+        except CaseError as error:
+            problems |= {str(problem): problem for problem in error.problems}
+            continue
+        name = variant.name if variant else ""
+        cases.append(StudyCase(index, name, settings, overrides, case, case_key(case)))
+    if problems:
+        first = Problem("the cases of this study are not sound:", file=str(path))
+        raise CaseError([first, *problems.values()])
+    return Study(path, file, tuple(cases))
+
+
+def _read_file(path: Path) -> StudyFile:
+    text, data = read_toml(path)
+    origins = Origins(str(path), line_numbers(text), {})
+    problems = integer_problems(data, origins)
+    if problems:
+        raise CaseError(problems)
+    try:
+        return StudyFile.model_validate(data)
+    except ValidationError as error:
+        raise CaseError(model_problems(error, origins)) from None
+
+
+def model_problems(error: ValidationError, origins: Origins) -> list[Problem]:
+    """Return what is wrong with a file of a simple model, each with its line.
+
+    Parameters
+    ----------
+    error : ValidationError
+    origins : Origins
+        Where the keys come from.
+    """
+    problems = []
+    for detail in error.errors():
+        key = detail["loc"]
+        file, line = origins.place(key)
+        expected = {
+            "missing": "required",
+            "extra_forbidden": "unknown key",
+        }.get(detail["type"], detail["msg"].removeprefix("Value error, "))
+        name = ".".join(map(str, key))
+        problems.append(Problem(expected, file=file, line=line, key=name))
+    return sorted(problems, key=lambda problem: problem.line or 0)
+
+
+def _combinations(
+    file: StudyFile,
+) -> Iterator[tuple[Variant | None, dict[str, Value]]]:
+    """Return all variants with all combinations of the parameters' values."""
+    names = [parameter.name for parameter in file.parameters]
+    values = [parameter.values for parameter in file.parameters]
+    for variant in file.variants or (None,):
+        for combination in itertools.product(*values):
+            yield variant, dict(zip(names, combination, strict=True))
+
+
+def _overrides(
+    file: StudyFile, variant: Variant | None, settings: Mapping[str, Value]
+) -> tuple[str, ...]:
+    """Return what a case changes in its base, the later before the earlier."""
+    changes: Settings = {**file.set, **(variant.set if variant else {})}
+    changes |= {p.key: _with_unit(p, settings[p.name]) for p in file.parameters}
+    for derived in file.derived:
+        value = settings[derived.parameter]
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            value = value if derived.factor == 1.0 else derived.factor * value
+        changes[derived.key] = value
+    return tuple(f"{key}={_as_text(value)}" for key, value in changes.items())
+
+
+def _with_unit(parameter: Parameter, value: Value) -> Value:
+    """Return a parameter's value as the case gives it."""
+    return f"{value} {parameter.unit}" if parameter.unit else value
+
+
+def _as_text(value: Value) -> str:
+    """Return a value as an override gives it."""
+    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -1,0 +1,249 @@
+"""Running a study: groups of ranks that take one case after the other.
+
+The ranks are divided into groups. Each takes the next case from a shared counter, runs
+it, and counts how it ended; nothing is decided beforehand, so that a group with short
+cases does more of them. A case that another process is at work on, such as another
+element of a job array, is left to it.
+"""
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from mpi4py import MPI
+from rich.console import Console
+
+from mpisph.case import Case
+from mpisph.collectives import from_root, on_root
+from mpisph.compiled import warm_up
+from mpisph.errors import CollectiveError, MpisphError
+from mpisph.estimate import estimate
+from mpisph.files import write_text
+from mpisph.guard import STOP_FILE, Guard, Wish
+from mpisph.lock import in_use
+from mpisph.run import run
+from mpisph.status import FINAL, StatusFile
+from mpisph.study.counter import SharedCounters
+from mpisph.study.model import Study
+from mpisph.study.progress import (
+    COMPLETED,
+    FAILED,
+    LEFT,
+    N_COUNTERS,
+    NEXT,
+    STOP,
+    UNSTABLE,
+    WORK,
+    StudyProgress,
+)
+from mpisph.study.store import Place, case_folder, counts, look_up_all, study_folder
+
+WORK_UNIT = 1e6
+"""Interactions in which the work done is counted."""
+
+SMALL_STEP = 2e4
+"""What a step costs besides, in interactions (0.3 ms at 15 ns; measured)."""
+
+_QUIET = Console(quiet=True)
+
+
+class Part(NamedTuple):
+    """Which cases a process takes first.
+
+    Attributes
+    ----------
+    number, of : int
+        Every `of`-th case from the `number`-th on; when they are done, it helps with
+        the others.
+    """
+
+    number: int = 0
+    of: int = 1
+
+
+class Outcome(NamedTuple):
+    """How running a study ended.
+
+    Attributes
+    ----------
+    completed, unstable, failed, left : int
+        Numbers of distinct runs, earlier ones included; what is left is stopped, at
+        work elsewhere, or not begun.
+    stopped : bool
+        Whether the study was told to stop.
+    """
+
+    completed: int
+    unstable: int
+    failed: int
+    left: int
+    stopped: bool
+
+
+class _Todo(NamedTuple):
+    """A run that is to be made."""
+
+    case: Case
+    folder: Path
+    work: int
+
+
+def run_study(
+    study: Study,
+    comm: MPI.Intracomm,
+    root: Path,
+    console: Console,
+    *,
+    ranks_per_case: int = 1,
+    part: Part | None = None,
+    guard: Guard | None = None,
+) -> Outcome:
+    """Run all cases of a study that have not ended yet; collective.
+
+    Parameters
+    ----------
+    study : Study
+        On all ranks.
+    comm : MPI.Intracomm
+    root : Path
+        See `store`.
+    console : rich.console.Console
+        For progress.
+    ranks_per_case : int, optional
+        Ranks of one case. The last group has what is left over.
+    part : Part, optional
+        By default all cases in turn.
+    guard : Guard, optional
+        Signals and limits to heed.
+
+    Returns
+    -------
+    Outcome
+        On all ranks. An instability or a failure of one case does not stop the others.
+
+    Raises
+    ------
+    MpisphError
+        On all ranks, if there are fewer ranks than a case is to have.
+    OSError
+        On all ranks, if the folders cannot be made.
+    """
+    if ranks_per_case > comm.size:
+        raise MpisphError(
+            f"{ranks_per_case} ranks for each case, but mpirun started {comm.size}"
+        )
+    guard = guard or Guard()
+    folder = study_folder(root, study)
+    on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
+    text = study.path.read_text(encoding="utf-8") if comm.rank == 0 else ""
+    on_root(comm, lambda: write_text(folder / "study.toml", text))
+    warm_up(comm)
+    todo = from_root(comm, lambda: _to_do(study, root, part or Part()))
+    groups = comm.size // ranks_per_case
+    colour = min(comm.rank // ranks_per_case, groups - 1)
+    group = MPI.Intracomm(comm.Split(colour))
+    with SharedCounters(comm, N_COUNTERS) as counters:
+        here = counters.here if comm.rank == 0 else np.zeros(N_COUNTERS, np.int64)
+        works = [run.work for run in todo]
+        with StudyProgress(comm, console, here, works, groups):
+            _take_cases(todo, group, counters, guard, folder)
+            comm.Barrier()
+        stopped = bool(counters.add(STOP, 0))
+    group.Free()
+    places = from_root(comm, lambda: _distinct(study, look_up_all(root, study)))
+    found = counts(places)
+    ended = found["completed"], found["unstable"], found["failed"]
+    return Outcome(*ended, len(places) - sum(ended), stopped)
+
+
+def _distinct(study: Study, places: Sequence[Place]) -> list[Place]:
+    """Return how each run stands, where cases that are the same share one."""
+    keys = [case.key for case in study.cases]
+    return list(dict(zip(keys, places, strict=True)).values())
+
+
+def _to_do(study: Study, root: Path, part: Part) -> list[_Todo]:
+    """Return the runs to make: the longest first, those that have failed last."""
+    runs: dict[str, tuple[bool, _Todo]] = {}
+    places = look_up_all(root, study)
+    for case, place in zip(study.cases, places, strict=True):
+        if place.standing not in FINAL:
+            todo = _Todo(case.case, case_folder(root, case), _work(case.case))
+            runs[case.key] = (place.standing == "failed", todo)
+    longest_first = sorted(runs.values(), key=lambda run: -run[1].work)
+    ordered = sorted(
+        (failed, k % part.of != part.number, k)
+        for k, (failed, _) in enumerate(longest_first)
+    )
+    return [longest_first[k][1] for *_, k in ordered]
+
+
+def _work(case: Case) -> int:
+    """Return about what a run costs, in units of `WORK_UNIT` interactions."""
+    size = estimate(case, 1)
+    a_step = size.particles * size.neighbours + SMALL_STEP
+    return max(math.ceil(size.steps * a_step / WORK_UNIT), 1)
+
+
+def _take_cases(
+    todo: Sequence[_Todo],
+    group: MPI.Intracomm,
+    counters: SharedCounters,
+    guard: Guard,
+    folder: Path,
+) -> None:
+    """Run one case after the other, until there are none or the study is to stop."""
+    while True:
+        taken = -1
+        if group.rank == 0:
+            if _is_to_stop(counters, guard, folder):
+                counters.add(STOP)
+            elif not counters.add(STOP, 0):
+                taken = counters.add(NEXT)
+        taken = group.bcast(taken)
+        if not 0 <= taken < len(todo):
+            return
+        ending = _run_one(todo[taken], group, guard)
+        if group.rank == 0:
+            counters.add(ending)
+            counters.add(WORK, todo[taken].work)
+
+
+def _is_to_stop(counters: SharedCounters, guard: Guard, folder: Path) -> bool:
+    """Say whether a signal, the wall time or the file ``stop`` ends the study."""
+    return (
+        guard.signal_wish() != Wish.NOTHING
+        or guard.time_left() <= 0.0
+        or (folder / STOP_FILE).exists()
+    )
+
+
+def _run_one(todo: _Todo, group: MPI.Intracomm, guard: Guard) -> int:
+    """Run a case and return the counter of its ending; collective over the group."""
+    busy = from_root(group, lambda: in_use(todo.folder))
+    if busy:
+        return LEFT
+    try:
+        result = run(todo.case, group, todo.folder, _QUIET, guard=guard)
+    except (MpisphError, CollectiveError) as error:
+        _take_down(f"{error}", todo, group)
+        return FAILED
+    except Exception as error:
+        # Alone in its group, a rank leaves nobody waiting.
+        if group.size > 1:
+            raise
+        _take_down(guard.described(error), todo, group)
+        return FAILED
+    return {"completed": COMPLETED, "unstable": UNSTABLE}.get(result.status, LEFT)
+
+
+def _take_down(text: str, todo: _Todo, group: MPI.Intracomm) -> None:
+    """Write into the run's folder why it has failed, as far as that is possible."""
+    if group.rank == 0:
+        with suppress(OSError):
+            todo.folder.mkdir(parents=True, exist_ok=True)
+            status = StatusFile(MPI.COMM_SELF, todo.folder, todo.case.end_time, 1)
+            status.fail(text)

@@ -1,0 +1,1 @@
+"""Batch scripts that run a study in a job array of Slurm or PBS."""

@@ -1,0 +1,82 @@
+"""Where a study's runs lie, and how they stand.
+
+Below one root, ``cases/<key>`` holds the run of every case, whichever studies it
+belongs to, and ``studies/<name>`` the tables and figures of each study.
+"""
+
+from collections import Counter
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from mpisph.lock import in_use
+from mpisph.status import FINAL, read_status
+from mpisph.study.model import Study, StudyCase
+
+CASES_FOLDER = "cases"
+STUDIES_FOLDER = "studies"
+
+Standing = Literal["completed", "unstable", "failed", "stopped", "running", "to do"]
+
+STANDINGS: tuple[Standing, ...] = (
+    "completed",
+    "unstable",
+    "failed",
+    "stopped",
+    "running",
+    "to do",
+)
+
+
+class Place(NamedTuple):
+    """How the run of a case stands.
+
+    Attributes
+    ----------
+    standing : str
+        A run that was killed has ``stopped``.
+    reason : str
+        Why, where it did not complete.
+    """
+
+    standing: Standing
+    reason: str
+
+
+def case_folder(root: Path, case: StudyCase) -> Path:
+    """Return the folder of a case's run."""
+    return root / CASES_FOLDER / case.key
+
+
+def study_folder(root: Path, study: Study) -> Path:
+    """Return the folder of a study's tables and figures."""
+    return root / STUDIES_FOLDER / study.name
+
+
+def look_up(folder: Path) -> Place:
+    """Say how the run in a folder stands.
+
+    Raises
+    ------
+    MpisphError
+        If its status cannot be understood.
+    """
+    status = read_status(folder)
+    if status is None:
+        return Place("to do", "")
+    reason = status.reason or ""
+    if status.state in FINAL or not in_use(folder):
+        if status.state == "running":
+            return Place("stopped", "killed")
+        return Place(status.state, reason)
+    return Place("running", "")
+
+
+def look_up_all(root: Path, study: Study) -> list[Place]:
+    """Say how every case of a study stands."""
+    return [look_up(case_folder(root, case)) for case in study.cases]
+
+
+def counts(places: list[Place]) -> dict[Standing, int]:
+    """Count the cases of each standing, in the order of `STANDINGS`."""
+    found = Counter(place.standing for place in places)
+    return {standing: found[standing] for standing in STANDINGS}
