@@ -85,6 +85,7 @@ def study_run_command(
     studies share runs.
     """
     from mpisph.study.runner import Part, run_study
+    from mpisph.study.store import study_folder
 
     comm = MPI.COMM_WORLD
     study = _load(study_file)
@@ -101,9 +102,11 @@ def study_run_command(
             guard=guard,
         )
     on_root(comm, lambda: _finish(study, root))
+    elsewhere = f", {outcome.elsewhere} at work elsewhere" * (outcome.elsewhere > 0)
     click.echo(
         f"{study.name}: {outcome.completed} completed, {outcome.unstable} unstable, "
-        f"{outcome.failed} failed, {outcome.left} left"
+        f"{outcome.failed} failed, {outcome.left} left{elsewhere}\n"
+        f"table in {study_folder(root, study)}"
     )
     if outcome.stopped or outcome.left:
         raise click.exceptions.Exit(STOPPED)

@@ -69,9 +69,9 @@ class Outcome(NamedTuple):
 
     Attributes
     ----------
-    completed, unstable, failed, left : int
-        Numbers of distinct runs, earlier ones included; what is left is stopped, at
-        work elsewhere, or not begun.
+    completed, unstable, failed, elsewhere, left : int
+        Numbers of distinct runs, earlier ones included; another process is at work on
+        those elsewhere, and what is left is stopped or not begun.
     stopped : bool
         Whether the study was told to stop.
     """
@@ -79,6 +79,7 @@ class Outcome(NamedTuple):
     completed: int
     unstable: int
     failed: int
+    elsewhere: int
     left: int
     stopped: bool
 
@@ -155,8 +156,14 @@ def run_study(
     group.Free()
     places = from_root(comm, lambda: _distinct(study, look_up_all(root, study)))
     found = counts(places)
-    ended = found["completed"], found["unstable"], found["failed"]
-    return Outcome(*ended, len(places) - sum(ended), stopped)
+    return Outcome(
+        found["completed"],
+        found["unstable"],
+        found["failed"],
+        found["running"],
+        found["stopped"] + found["to do"],
+        stopped,
+    )
 
 
 def _distinct(study: Study, places: Sequence[Place]) -> list[Place]:
