@@ -33,12 +33,13 @@ while kill -0 "$launcher" 2>/dev/null; do
 done
 wait "$launcher" || code=$?
 
-if ((code != 75)); then
-    say "ended with exit code $code"
-    exit "$code"
-elif [[ $asked == *TERM* ]]; then
+# Told to end, Open MPI's launcher returns 1 whatever its ranks did.
+if ((code != 0)) && [[ $asked == *TERM* ]]; then
     say "told to end; submitted again, the study goes on"
     exit 75
+elif ((code != 75)); then
+    say "ended with exit code $code"
+    exit "$code"
 elif [[ -e {{ root }}/studies/{{ name }}/stop ]]; then
     say "stopped by the file 'stop' in the study's folder"
     exit 75
