@@ -9,6 +9,7 @@ that a file is the same whichever ranks wrote it.
 import errno
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -92,6 +93,7 @@ def from_chunks(total: IntArray, bounds: FloatArray) -> FloatArray:
     return sums
 
 
+@lru_cache(maxsize=64)
 def _exponent(bound: float) -> int:
     """Return the power of two above `bound`, within what the scale can hold."""
     if not math.isfinite(bound):

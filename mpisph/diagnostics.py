@@ -7,11 +7,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
+from numba import njit
 
 from mpisph.case import Case
 from mpisph.case.bodies import Plate
 from mpisph.case.sections import Exposure, Measured
 from mpisph.collectives import gather_all
+from mpisph.jit import EXACT
 from mpisph.particles import FloatArray, IntArray, Particles
 
 TOTALS = ("mass", "momentum_z", "kinetic_energy", "internal_energy")
@@ -107,8 +109,21 @@ def totals(particles: Particles) -> FloatArray:
         Mass [kg], axial momentum [kg m/s], kinetic and internal energy [J].
     """
     p = particles
-    kinetic = 0.5 * p.m * (p.u_r * p.u_r + p.u_z * p.u_z)
-    return np.stack([p.m, p.m * p.u_z, kinetic, p.m * p.E])
+    terms: FloatArray = _totals(p.m, p.u_r, p.u_z, p.E)
+    return terms
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def _totals(
+    m: FloatArray, u_r: FloatArray, u_z: FloatArray, E: FloatArray
+) -> FloatArray:
+    terms = np.empty((4, m.size))
+    for i in range(m.size):
+        terms[0, i] = m[i]
+        terms[1, i] = m[i] * u_z[i]
+        terms[2, i] = 0.5 * m[i] * (u_r[i] * u_r[i] + u_z[i] * u_z[i])
+        terms[3, i] = m[i] * E[i]
+    return terms
 
 
 def conservation_errors(
@@ -214,10 +229,21 @@ def local_extent(p: Particles, definition: CloudDefinition) -> tuple[float, floa
         R_b and L_b by the outermost particles [m]; zero without a cloud. Their maxima
         over the ranks are those of the run.
     """
-    cloud = in_cloud(p.z, p.u_z, definition)
-    if not cloud.any():
-        return 0.0, 0.0
-    return float(p.r[cloud].max()), float(p.z[cloud].max()) - definition.rear
+    radius, front = _extent(p.r, p.z, p.u_z, definition.rear, definition.min_velocity)
+    return float(radius), float(front) - definition.rear if radius > 0.0 else 0.0
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def _extent(
+    r: FloatArray, z: FloatArray, u_z: FloatArray, rear: float, min_velocity: float
+) -> tuple[float, float]:
+    """Return the largest r and z of the cloud [m]; a radius of zero is no cloud."""
+    radius, front = 0.0, rear
+    for i in range(r.size):
+        if z[i] > rear and u_z[i] > min_velocity:
+            radius = max(radius, r[i])
+            front = max(front, z[i])
+    return radius, front
 
 
 def measure_cloud(

@@ -114,7 +114,7 @@ class Recorder:
         self.initial = list(state.initial) if state and state.initial else None
         self.energy_error_max = state.energy_error_max if state else 0.0
         self.errors = ConservationErrors(0.0, 0.0, 0.0)
-        self.last_row: HistoryRow | None = None
+        self._unwritten: Survey | None = None
         self.begin = time.perf_counter() - (state.wall if state else 0.0)
         self.first_step: float | None = None
         self._spent = (state.wall, state.rank_seconds) if state else (0.0, 0.0)
@@ -134,16 +134,16 @@ class Recorder:
             self.initial = found.sums.tolist()
         self.errors = conservation_errors(self.initial, found.sums)
         self.energy_error_max = max(self.energy_error_max, abs(self.errors.energy))
-        self.last_row = self._row(sim, found)
+        self._unwritten = found
         if sim.step % sim.case.output.history_every == 0:
-            self.write_last_row()
+            self.write_last_row(sim)
         self.progress.update(sim.time, sim.step, sim.dt)
 
-    def write_last_row(self) -> None:
+    def write_last_row(self, sim: Simulation) -> None:
         """Write the last step's line of the history, unless it has been written."""
-        if self.last_row is not None:
-            self.history.add(self.last_row)
-            self.last_row = None
+        if self._unwritten is not None:
+            self.history.add(self._row(sim, self._unwritten))
+            self._unwritten = None
 
     def _row(self, sim: Simulation, found: Survey) -> HistoryRow:
         mass, momentum, kinetic, internal = found.sums.tolist()

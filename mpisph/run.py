@@ -323,7 +323,7 @@ class _Session:
             status.write("stopped", sim.step, sim.time, text)
             recorder.log.say(f"stopped at step {sim.step}: {text}")
             return recorder.conclude(sim, "stopped", reason=text)
-        recorder.write_last_row()
+        recorder.write_last_row(sim)
         result = recorder.conclude(sim, ending, failure)
         recorder.log.say(f"{ending}: {sim.step} steps in {recorder.wall:.2f} s")
         on_root(self.comm, lambda: write_result(self.folder, result))

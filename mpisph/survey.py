@@ -9,12 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 from mpi4py import MPI
+from numba import njit
 
 from mpisph.collectives import CHUNKS, fixed_point_chunks, from_chunks
 from mpisph.constitutive import MaterialTable
 from mpisph.decomposition import relative_paces, work_of
 from mpisph.diagnostics import CloudDefinition, in_cloud, local_extent, totals
 from mpisph.halo import claim
+from mpisph.jit import EXACT
 from mpisph.particles import FloatArray, Particles
 from mpisph.scheme import Scheme
 from mpisph.stability import STABLE, Bounds, first_fault
@@ -114,19 +116,13 @@ def take_survey(
 
 def _terms(p: Particles, cloud: CloudDefinition) -> FloatArray:
     """Return what each particle adds to the sums, shape (N_SUMS, n)."""
-    terms = np.empty((N_SUMS, p.n))
-    terms[: N_SUMS - 1] = totals(p)
-    np.multiply(p.m, in_cloud(p.z, p.u_z, cloud), out=terms[N_SUMS - 1])
-    return terms
+    cloud_mass = p.m * in_cloud(p.z, p.u_z, cloud)
+    return np.concatenate([totals(p), cloud_mass[np.newaxis]])
 
 
 def _conclude(records: FloatArray, bounds_of_terms: FloatArray) -> Survey:
     """Draw the same conclusions from all records on every rank."""
-    first = min(range(len(records)), key=lambda k: (records[k, 0], records[k, 1]))
-    faulty = records[records[:, 7] != STABLE]
-    fault, who = (STABLE, -1)
-    if len(faulty) > 0:
-        fault, who = faulty[np.argmin(faulty[:, 8]), 7:9].astype(int)
+    first, fault, who = _first_and_fault(records)
     chunks = np.ascontiguousarray(records[:, HEAD:]).view(np.int64).sum(axis=0)
     *sums, cloud_mass = from_chunks(chunks.reshape(N_SUMS, CHUNKS), bounds_of_terms)
     paces = relative_paces(records[:, 11])
@@ -138,8 +134,30 @@ def _conclude(records: FloatArray, bounds_of_terms: FloatArray) -> Survey:
         paces=paces,
         fault=int(fault),
         fault_id=int(who),
-        wish=int(records[:, 12].max()),
+        wish=int(np.maximum.reduce(records[:, 12])),
         sums=np.array(sums),
         cloud_mass=float(cloud_mass),
-        extent=records[:, 9:11].max(axis=0),
+        extent=np.maximum.reduce(records[:, 9:11]),
     )
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def _first_and_fault(records: FloatArray) -> tuple[int, int, int]:
+    """Return the rank with the smallest limit, the fault of smallest id, and that id.
+
+    Of equal limits, the smaller id's comes first.
+    """
+    first, faulty = 0, -1
+    for k in range(records.shape[0]):
+        limit, where = records[k, 0], records[k, 1]
+        if limit < records[first, 0] or (
+            limit == records[first, 0] and where < records[first, 1]
+        ):
+            first = k
+        if records[k, 7] != STABLE and (
+            faulty < 0 or records[k, 8] < records[faulty, 8]
+        ):
+            faulty = k
+    if faulty < 0:
+        return first, STABLE, -1
+    return first, int(records[faulty, 7]), int(records[faulty, 8])

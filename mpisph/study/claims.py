@@ -1,0 +1,442 @@
+"""What a source claims, and whether the studies bear it out.
+
+A file lists the claims. Each has one or more tries, the first of which decides: a
+study, the cases in it that are meant, and the check that is made of them.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import Field, ValidationError, model_validator
+
+from mpisph.case.positions import line_numbers
+from mpisph.case.problems import Origins
+from mpisph.case.toml_file import read_toml
+from mpisph.errors import CaseError, MpisphError
+from mpisph.materials.quantities import Description, FrozenModel, Identifier
+from mpisph.study.model import Value, load_study, model_problems
+from mpisph.study.table import Row, collect
+
+Word = Literal["reproduced", "in part", "not reproduced", "not run"]
+
+MARKDOWN_HEAD = "| claim | verdict | figure |\n|---|---|---|\n"
+
+
+class Condition(FrozenModel):
+    """Which cases are meant: all that is given must hold."""
+
+    at: dict[Identifier, Value] = Field(default_factory=dict)
+    """Columns that must have these values."""
+    at_least: dict[Identifier, float] = Field(default_factory=dict)
+    """Columns that must not be smaller."""
+    at_most: dict[Identifier, float] = Field(default_factory=dict)
+    """Columns that must not be larger."""
+
+    def holds(self, row: Mapping[str, Any]) -> bool:
+        """Say whether a row of a study's table is meant."""
+        return (
+            all(row.get(name) == value for name, value in self.at.items())
+            and all(row[name] >= value for name, value in self.at_least.items())
+            and all(row[name] <= value for name, value in self.at_most.items())
+        )
+
+
+class Try(FrozenModel):
+    """One way to decide a claim."""
+
+    name: Description
+    """What it is, for people; such as ``with self-term``."""
+    study: Identifier
+    """Name of the study whose table is looked at."""
+    check: Identifier
+    """The computation, one of `CHECKS`."""
+    where: Condition = Condition()
+    """The cases that are looked at."""
+    regions: tuple[Condition, ...] = ()
+    """Cases of which something is claimed: those of any region."""
+    along: Identifier | None = None
+    """Parameter whose influence is claimed."""
+    reference: dict[Identifier, Value] = Field(default_factory=dict)
+    """Cases that the others are compared with."""
+    columns: tuple[Identifier, ...] = ()
+    """Columns of the table that are compared."""
+    limit: float = 0.0
+    """What the figure may not pass; its meaning is the check's."""
+
+
+class Claim(FrozenModel):
+    """One claim of the source."""
+
+    number: Annotated[int, Field(ge=1)]
+    """Its number."""
+    text: Annotated[str, Field(min_length=1, max_length=500)]
+    """What is claimed."""
+    tries: Annotated[tuple[Try, ...], Field(min_length=1)]
+    """How it is decided."""
+    finding: Annotated[str, Field(max_length=2000)] = ""
+    """What was found out about it."""
+
+
+class ClaimsFile(FrozenModel):
+    """The claims of a source."""
+
+    title: Description
+    """What they are."""
+    source: Description
+    """Where they are made."""
+    claims: Annotated[tuple[Claim, ...], Field(min_length=1)]
+    """The claims."""
+
+    @model_validator(mode="after")
+    def _check_names(self) -> ClaimsFile:
+        for claim in self.claims:
+            for attempt in claim.tries:
+                if attempt.check not in CHECKS:
+                    raise ValueError(
+                        f"claim {claim.number}: no check {attempt.check}; expected one "
+                        f"of {', '.join(CHECKS)}"
+                    )
+        return self
+
+
+class Verdict(NamedTuple):
+    """What a try has come to.
+
+    Attributes
+    ----------
+    word : str
+    figure : str
+        The numbers behind it, for people.
+    """
+
+    word: Word
+    figure: str
+
+
+class Answer(NamedTuple):
+    """A claim with the verdict of each of its tries."""
+
+    claim: Claim
+    verdicts: tuple[Verdict, ...]
+
+
+def load_claims(path: Path) -> ClaimsFile:
+    """Read a file of claims.
+
+    Raises
+    ------
+    CaseError
+        With every mistake of the file.
+    """
+    text, data = read_toml(path)
+    try:
+        return ClaimsFile.model_validate(data)
+    except ValidationError as error:
+        origins = Origins(str(path), line_numbers(text), {})
+        raise CaseError(model_problems(error, origins)) from None
+
+
+def answer_claims(path: Path, root: Path) -> list[Answer]:
+    """Decide all claims of a file by the runs there are.
+
+    Parameters
+    ----------
+    path : Path
+        The file; the studies lie beside it.
+    root : Path
+        Folder of the runs.
+
+    Returns
+    -------
+    list of Answer
+
+    Raises
+    ------
+    CaseError
+        If the file or one of its studies is not sound.
+    """
+    claims = load_claims(path).claims
+    names = {attempt.study for claim in claims for attempt in claim.tries}
+    tables = {
+        name: collect(load_study(path.with_name(f"{name}.toml")), root)
+        for name in sorted(names)
+    }
+    return [
+        Answer(claim, tuple(decide(t, tables[t.study]) for t in claim.tries))
+        for claim in claims
+    ]
+
+
+def decide(attempt: Try, table: Sequence[Row]) -> Verdict:
+    """Make the check of a try on the table of its study.
+
+    Raises
+    ------
+    MpisphError
+        If a column that the check needs is not there.
+    """
+    rows = [row for row in table if attempt.where.holds(row)]
+    if not rows:
+        raise MpisphError(
+            f"claims: study {attempt.study} has no case for {attempt.name}"
+        )
+    missing = sum(row["status"] not in {"completed", "unstable"} for row in rows)
+    if missing:
+        return Verdict("not run", f"{missing} of {len(rows)} cases have not been run")
+    return CHECKS[attempt.check](attempt, rows)
+
+
+def _is_stable(row: Row) -> bool:
+    return bool(row["status"] == "completed")
+
+
+def _word(all_of_it: bool, some_of_it: bool) -> Word:
+    if all_of_it:
+        return "reproduced"
+    return "in part" if some_of_it else "not reproduced"
+
+
+def check_unstable(attempt: Try, rows: Sequence[Row]) -> Verdict:
+    """Whether the unstable cases are those of the regions, and no others.
+
+    In part: at least one case inside is unstable, and more cases are as claimed than if
+    all were stable.
+    """
+    inside = [row for row in rows if any(c.holds(row) for c in attempt.regions)]
+    outside = [row for row in rows if row not in inside]
+    hits = sum(not _is_stable(row) for row in inside)
+    wrong = sum(not _is_stable(row) for row in outside)
+    return Verdict(
+        _word(hits == len(inside) and wrong == 0, hits > wrong),
+        f"{hits} of the {len(inside)} cases said to be unstable are, and {wrong} of "
+        f"the {len(outside)} others",
+    )
+
+
+def check_falls(attempt: Try, rows: Sequence[Row]) -> Verdict:
+    """Whether the columns fall from each value of the parameter to the next.
+
+    `limit` is the share of the steps that must fall. In part: more than half do.
+    """
+    return _monotone(attempt, rows, -1.0)
+
+
+def check_grows(attempt: Try, rows: Sequence[Row]) -> Verdict:
+    """Whether the columns grow from each value of the parameter to the next.
+
+    `limit` is the share of the steps that must grow. In part: more than half do.
+    """
+    return _monotone(attempt, rows, 1.0)
+
+
+def _monotone(attempt: Try, rows: Sequence[Row], sign: float) -> Verdict:
+    steps, changes = [], []
+    for line in _lines(attempt, rows):
+        steps += [sign * (b - a) > 0.0 for a, b in itertools.pairwise(line)]
+        changes.append(100.0 * (line[-1] / line[0] - 1.0))
+    if not steps:
+        return Verdict("not reproduced", "fewer than two stable cases on every line")
+    share = sum(steps) / len(steps)
+    verb = "grows" if sign > 0.0 else "falls"
+    return Verdict(
+        _word(share >= attempt.limit, share > 0.5),
+        f"{verb} in {sum(steps)} of {len(steps)} steps; from the first value to the "
+        f"last by {_range(changes)} %",
+    )
+
+
+def check_grows_by_less(attempt: Try, rows: Sequence[Row]) -> Verdict:
+    """Whether the columns grow along the parameter, each time by less.
+
+    In part: they grow from the first to the last, by less in the second half.
+    """
+    good, partly, texts = True, True, []
+    for line in _lines(attempt, rows):
+        steps = [b - a for a, b in itertools.pairwise(line)]
+        good &= all(0.0 < b < a for a, b in itertools.pairwise(steps)) and steps[0] > 0
+        half = len(steps) // 2
+        partly &= 0.0 < sum(steps[-half:]) < sum(steps[:half])
+        texts.append(", ".join(f"{step:+.2f}" for step in steps))
+    return Verdict(_word(good, partly), f"steps of {'; '.join(texts)} mm")
+
+
+def check_step(attempt: Try, rows: Sequence[Row]) -> Verdict:
+    """Whether only the steps of the regions are unstable, and the step hardly matters.
+
+    `limit` is the largest change of a column along the parameter [%], among the stable
+    cases. In part: one of the two holds.
+    """
+    stable_only = all(
+        _is_stable(row) or any(c.holds(row) for c in attempt.regions) for row in rows
+    )
+    some = any(not _is_stable(row) for row in rows)
+    unstable = sum(not _is_stable(row) for row in rows)
+    spreads = [
+        100.0 * (max(line) / min(line) - 1.0)
+        for line in _lines(attempt, rows)
+        if min(line) > 0.0
+    ]
+    spreads.sort()
+    middle, largest = spreads[len(spreads) // 2], spreads[-1]
+    little = middle <= attempt.limit
+    return Verdict(
+        _word(stable_only and some and little, (stable_only and some) or little),
+        f"{unstable} of {len(rows)} cases are unstable, "
+        f"{'none' if stable_only else 'some'} at other steps than claimed; the step "
+        f"moves the columns by {middle:.1f} % (median), {largest:.1f} % (largest)",
+    )
+
+
+def check_alike(attempt: Try, rows: Sequence[Row]) -> Verdict:
+    """Whether the regions' cases differ little from the reference's.
+
+    `limit` is the largest difference of a column [%]. In part: half of the cases.
+    """
+    found = list(_ratios(attempt, rows))
+    unstable = sum(ratio is None for ratio in found)
+    changes = [100.0 * (ratio - 1.0) for ratio in found if ratio is not None]
+    good = [abs(change) <= attempt.limit for change in changes]
+    return Verdict(
+        _word(bool(good) and all(good), sum(good) > len(found) / 2),
+        f"{_range(changes)} % from the reference"
+        + (f"; {unstable} comparisons lack a stable run" if unstable else ""),
+    )
+
+
+def check_all_unstable(attempt: Try, rows: Sequence[Row]) -> Verdict:
+    """Whether every case is unstable. In part: some are."""
+    unstable = sum(not _is_stable(row) for row in rows)
+    text = f"{unstable} of {len(rows)} cases are unstable"
+    return Verdict(_word(unstable == len(rows), unstable > 0), text)
+
+
+def check_smaller(attempt: Try, rows: Sequence[Row]) -> Verdict:
+    """Whether the columns of the regions' cases are far below the reference's.
+
+    `limit` is the largest ratio allowed. In part: for some cases. An unstable case
+    counts for neither.
+    """
+    return _far(attempt, rows, lambda ratio: ratio <= attempt.limit)
+
+
+def check_larger(attempt: Try, rows: Sequence[Row]) -> Verdict:
+    """Whether the columns of the regions' cases are far above the reference's.
+
+    `limit` is the smallest ratio allowed. In part: for some cases.
+    """
+    return _far(attempt, rows, lambda ratio: ratio >= attempt.limit)
+
+
+def _far(attempt: Try, rows: Sequence[Row], is_far: Callable[[float], bool]) -> Verdict:
+    found = list(_ratios(attempt, rows))
+    ratios = [ratio for ratio in found if ratio is not None]
+    far = sum(map(is_far, ratios))
+    lost = len(found) - len(ratios)
+    return Verdict(
+        _word(bool(ratios) and far == len(found), far > 0),
+        f"{_range([100.0 * ratio for ratio in ratios])} % of the reference"
+        + (f"; {lost} comparisons lack a stable run" if lost else ""),
+    )
+
+
+def check_errors(attempt: Try, rows: Sequence[Row]) -> Verdict:
+    """Whether all errors of the columns are within `limit` [%]. In part: most are."""
+    errors = [row.get(column) for row in rows for column in attempt.columns]
+    known = [error for error in errors if error is not None]
+    good = sum(abs(error) <= attempt.limit for error in known)
+    texts = ", ".join("unstable" if e is None else f"{e:+.1f}" for e in errors)
+    return Verdict(
+        _word(good == len(errors), good > len(errors) / 2),
+        f"{good} of {len(errors)} within {attempt.limit:g} %: {texts}",
+    )
+
+
+def _ratios(attempt: Try, rows: Sequence[Row]) -> Iterator[float | None]:
+    """Return the columns of the regions' cases over those of the reference.
+
+    A case is compared with the one that differs from it in the reference's keys alone.
+    None where either is unstable, or has no such figure.
+    """
+    keys = attempt.reference
+    base = [row for row in rows if all(row.get(k) == v for k, v in keys.items())]
+    rest = [name for name in _settings(rows) if name not in keys]
+    for row in rows:
+        if row in base or not any(
+            c.holds(row) for c in attempt.regions or [Condition()]
+        ):
+            continue
+        (other,) = (b for b in base if all(b[name] == row[name] for name in rest))
+        for column in attempt.columns:
+            values = _figure(row, column), _figure(other, column)
+            if values[0] is None or not values[1]:
+                yield None
+            else:
+                yield values[0] / values[1]
+
+
+def _figure(row: Row, column: str) -> float | None:
+    """Return a figure of a stable run."""
+    return row.get(column) if _is_stable(row) else None
+
+
+def _lines(attempt: Try, rows: Sequence[Row]) -> Iterator[list[float]]:
+    """Return the columns along the parameter for each combination of the others."""
+    rest = [name for name in _settings(rows) if name != attempt.along]
+    groups: dict[tuple[Any, ...], list[Row]] = {}
+    for row in rows:
+        groups.setdefault(tuple(row[name] for name in rest), []).append(row)
+    for group in groups.values():
+        group.sort(key=lambda row: row[attempt.along or "case"])
+        for column in attempt.columns:
+            line = [_figure(row, column) for row in group]
+            found = [value for value in line if value is not None]
+            if len(found) > 1:
+                yield found
+
+
+def _settings(rows: Sequence[Row]) -> list[str]:
+    """Return the columns that say which case a row is: those between case and run."""
+    names = list(rows[0])
+    return names[1 : names.index("run")]
+
+
+def _range(values: Iterable[float]) -> str:
+    """Return the smallest and the largest of some numbers, for people."""
+    known = sorted(values)
+    if not known:
+        return "nothing"
+    low, high = f"{known[0]:.1f}", f"{known[-1]:.1f}"
+    return low if low == high else f"{low} to {high}"
+
+
+CHECKS: dict[str, Callable[[Try, Sequence[Row]], Verdict]] = {
+    "unstable": check_unstable,
+    "falls": check_falls,
+    "grows": check_grows,
+    "grows_by_less": check_grows_by_less,
+    "step": check_step,
+    "alike": check_alike,
+    "all_unstable": check_all_unstable,
+    "smaller": check_smaller,
+    "larger": check_larger,
+    "errors": check_errors,
+}
+"""The computations that decide claims, by name."""
+
+
+def as_markdown(answers: Sequence[Answer]) -> str:
+    """Return the verdicts as a table in Markdown."""
+    lines = []
+    for claim, verdicts in answers:
+        first, *others = zip(claim.tries, verdicts, strict=True)
+        lines.append(_line(f"{claim.number}. {claim.text}", *first))
+        lines += [_line("", *other) for other in others]
+    return MARKDOWN_HEAD + "".join(lines)
+
+
+def _line(text: str, attempt: Try, verdict: Verdict) -> str:
+    return f"| {text} | {attempt.name}: **{verdict.word}** | {verdict.figure} |\n"
