@@ -296,10 +296,10 @@ def clock_run(folder: Path, case: Case) -> ClockRun:
     status = read_status(folder)
     state = status.state if status else "not begun"
     if status is None or state != "completed":
-        reached = f" at t = {status.time * 1e6:.2f} us" if status else ""
+        reached = f", t = {status.time * 1e6:.2f} us" if status else ""
         raise MpisphError(
-            f"{folder}: the run is {state}{reached}; the clock is fitted on completed "
-            "runs"
+            f"{folder}: not a completed run ({state}{reached}); the clock needs the "
+            "whole of it"
         )
     try:
         history = read_history(folder / HISTORY_FILE)
@@ -465,18 +465,16 @@ def _numerical_text(c: ClockConclusion) -> str:
     if levels == 1:
         return "unknown from one run; name runs at other NPR beside it"
     text = f"±{c.numerical * 1e6:.2f} µs: "
-    if levels == 2:
-        text += f"half of the spread of two runs, {c.spread * 1e6:.2f} µs"
-    else:
-        text += f"grid convergence index ({explain(c.convergence)})"
-        if math.isfinite(c.convergence.extrapolated):
-            limit = c.convergence.extrapolated * 1e6
-            text += f"; extrapolated {limit:.2f} µs"
-        text += f"; spread of {levels} runs {c.spread * 1e6:.2f} µs"
     if c.run is not c.finest:
         apart = abs(c.offset - c.finest.fit.offset) * 1e6
-        text += f"; of it {apart:.2f} µs to NPR {c.finest.npr:g}"
-    return text
+        own = c.numerical * 1e6 - apart
+        text += f"{apart:.2f} µs off NPR {c.finest.npr:g}, and its {own:.2f} µs: "
+    if levels == 2:
+        return text + f"half of the spread of two runs, {c.spread * 1e6:.2f} µs"
+    text += f"grid convergence index ({explain(c.convergence)})"
+    if math.isfinite(c.convergence.extrapolated):
+        text += f"; extrapolated {c.convergence.extrapolated * 1e6:.2f} µs"
+    return text + f"; spread of {levels} runs {c.spread * 1e6:.2f} µs"
 
 
 def _figures_text(c: ClockConclusion) -> str:

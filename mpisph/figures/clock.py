@@ -1,6 +1,7 @@
 """The figure of the clock's offset: what it is fitted by, and what it moves."""
 
 import math
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mpisph.clock import (
+    PREDICTIONS,
     ClockConclusion,
     ClockRun,
     clock_errors,
@@ -28,6 +30,9 @@ _POINTS = 500
 
 _MARGIN = 0.4e-6
 # How far curves go beyond the separate offsets [s].
+
+_STRIP = 0.03
+# Height of an uncertainty's strip, as a fraction of the axes.
 
 _SIZES = (("L_b", "cloud_length", "-"), ("R_b", "cloud_radius", (0, (5, 2))))
 # Symbol, column of the history and line.
@@ -67,7 +72,8 @@ def draw_clock(
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, layout="constrained")
         above, below = figure.subplots(2, 1, height_ratios=(1.0, 1.35))
-        above.set_title(conclusion.run.case.title, loc="left", parse_math=False)
+        title = textwrap.fill(conclusion.run.case.title, 88)
+        above.set_title(title, loc="left", parse_math=False)
         _draw_errors(above, ordered, conclusion)
         _draw_sizes(below, ordered, conclusion)
         out_png.parent.mkdir(parents=True, exist_ok=True)
@@ -93,31 +99,42 @@ def _draw_errors(
         axes.plot(best, left, "o", color=colour, label=label)
     _draw_uncertainty(axes, conclusion)
     axes.axvline(0.0, color="0.45", linewidth=0.8)
+    axes.annotate(
+        "nominal times",
+        (0.0, 0.985),
+        (3, 0),
+        xycoords=("data", "axes fraction"),
+        textcoords="offset points",
+        rotation=90,
+        va="top",
+        fontsize=8.0,
+        color="0.3",
+    )
     axes.set_xlim(1e6 * low, 1e6 * high)
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("offset added to the nominal exposure times [µs]")
     count = len(conclusion.run.fit.names)
     axes.set_ylabel(f"rms error of {count} figures [%]")
-    axes.legend(loc="lower left")
+    axes.legend(loc="upper center")
 
 
 def _draw_uncertainty(axes: Axes, conclusion: ClockConclusion) -> None:
     """Shade the offset's two uncertainties, each where it is known."""
-    parts = ("numerical", conclusion.numerical), ("figures", conclusion.figures)
-    names = {"numerical": "numerical", "figures": "figure to figure"}
     offset = 1e6 * conclusion.offset
-    for (part, size), (bottom, top) in zip(
-        parts, ((0.0, 0.06), (0.06, 0.12)), strict=True
-    ):
+    parts = (
+        ("numerical", conclusion.numerical, "0.55", 0.0),
+        ("figure to figure", conclusion.figures, "0.8", _STRIP),
+    )
+    for name, size, colour, bottom in parts:
         if math.isfinite(size):
             axes.axvspan(
                 offset - 1e6 * size,
                 offset + 1e6 * size,
                 bottom,
-                top,
-                color="0.8" if part == "numerical" else "0.88",
+                bottom + _STRIP,
+                color=colour,
                 linewidth=0.0,
-                label=f"{names[part]}: ±{1e6 * size:.2f} µs",
+                label=f"{name}: ±{1e6 * size:.2f} µs",
                 zorder=0,
             )
 
@@ -151,6 +168,17 @@ def _draw_sizes(
     axes.plot(times + offset, sizes, label=label, **dots)
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
+    axes.annotate(
+        textwrap.fill(PREDICTIONS, 62),
+        (1.0, 0.0),
+        (-6, 6),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        ha="right",
+        va="bottom",
+        fontsize=7.5,
+        color="0.3",
+    )
     axes.set_xlabel("time after first contact [µs]")
     axes.set_ylabel("size of the cloud [mm], outermost particles")
     axes.legend(loc="upper left", ncols=2 if len(runs) > 2 else 1)
