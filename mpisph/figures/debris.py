@@ -116,8 +116,8 @@ def draw_radiograph(
             particles.get_position().x1,
             0.06 / figure.get_figheight(),
             f"Grey: (1 \u2212 exp(\u2212µσ))$^{{{_SHADE:g}}}$ with µ = "
-            f"{mass_attenuation / _KG_M2:.3g} cm²/g; parallel rays,\nno scattered ones. "
-            f"Each particle is a ring, {_WIDEN:g} sizes wide:\n"
+            f"{mass_attenuation / _KG_M2:.3g} cm²/g; parallel rays,\n"
+            f"no scattered ones. Each particle is a ring, {_WIDEN:g} sizes wide:\n"
             "stripes are single rings, no feature of the cloud.",
             ha="right",
             va="bottom",
@@ -276,7 +276,7 @@ def draw_fragments(snapshot: Snapshot, case: Case, out_png: Path) -> None:
         If the figure cannot be written.
     """
     a, definition = snapshot.arrays, cloud_definition(case)
-    found = find_fragments(a, definition)
+    found = {factor: find_fragments(a, definition, factor) for factor in _FACTORS}
     lines = title_lines(case, snapshot.time, exposure_at(case, snapshot.time))
     lines.append(
         "A fragment is a ring of touching particles; their number depends on the "
@@ -287,9 +287,16 @@ def draw_fragments(snapshot: Snapshot, case: Case, out_png: Path) -> None:
         left, right = figure.subplots(1, 2)
         figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=10.0,
                         parse_math=False)  # fmt: skip
-        _draw_masses(left, found, case)
+        _draw_masses(left, found[CONTACT], case)
         for factor, style in _FACTORS.items():
-            _draw_numbers(right, find_fragments(a, definition, factor), factor, style)
+            _draw_numbers(right, found[factor], factor, style)
+        if len(found[CONTACT].mass):
+            left.set_yscale("log")
+            right.set(xscale="log", yscale="log")
+        else:
+            for axes in (left, right):
+                axes.set(xticks=[], yticks=[])
+                axes.text(0.5, 0.5, "no cloud", ha="center", transform=axes.transAxes)
         right.legend(title="contact within … sizes", title_fontsize=8.0)
         _save(figure, out_png)
 
@@ -309,8 +316,6 @@ def _draw_masses(axes: Axes, found: Fragments, case: Case) -> None:
             color=BODY_COLOURS[index % len(BODY_COLOURS)],
             label=f"mostly {body.name}",
         )
-    if len(found.mass):
-        axes.set_yscale("log")
     axes.set_xlabel("axial velocity [km/s]")
     axes.set_ylabel("mass of a fragment [mg]")
     axes.legend()
@@ -323,9 +328,6 @@ def _draw_numbers(
     numbers = np.arange(1, len(found.mass) + 1)
     label = f"{factor:g}: {len(found.mass)}"
     axes.plot(1e6 * found.mass, numbers, drawstyle="steps-post", label=label, **style)
-    if len(found.mass):
-        axes.set_xscale("log")
-        axes.set_yscale("log")
     axes.set_xlabel("mass [mg]")
     axes.set_ylabel("number of fragments at least as heavy")
 
