@@ -43,8 +43,8 @@ shot       1.2    1.5     2      3    share
 The thin plate's cloud has a coherent core, which all factors from 1.5 to 3 find; the
 thick plate's has no such plateau, and its count is a matter of the factor. (With the
 axisymmetric smoothing length, h is nph sizes throughout, to 3 %, and linking by
-``h/nph`` gives the same counts but for one. Sizes at the reference density, as of solid pieces, give
-659 and 644 at 1.5, of 728 and 1093 particles: single rings.)
+``h/nph`` gives the same counts but for one. Sizes at the reference density, as of solid
+pieces, give 659 and 644 at 1.5, of 728 and 1093 particles: single rings.)
 """
 
 _CHUNK = 8192

@@ -1,4 +1,22 @@
-"""The hole in the plate."""
+"""The hole in the plate.
+
+Between the plate's faces, and through its lips, the four shots give in mm, beside the
+fits to experiments:
+
+======  ===========  ===========  ===========  ===========  ==============
+shot    npr 10       npr 10       npr 20       npr 20       Maiden,
+        at 7 us      at 20 us     at 7 us      at 20 us     Nysmith
+======  ===========  ===========  ===========  ===========  ==============
+4-1283  26.8, 21.3   28.6, 26.3   19.4, 18.4   21.2, 20.1   14.8, 17.3
+4-1291  27.2, 20.4   30.4, 27.1   20.8, 18.8   23.4, 21.1   17.1, 19.1
+4-1352  25.3, 21.3   28.6, 25.1   22.0, 20.2   25.8, 23.9   19.3, 20.8
+4-1353  24.3, 22.0   30.1, 28.1   23.7, 22.2   29.8, 27.1   24.7, 24.3
+======  ===========  ===========  ===========  ===========  ==============
+
+The hole still grows at 20 us: a plate without fracture and hardening is slow to stop. A
+thin plate of two or four rows of particles splits along its middle plane, and its halves
+peel off; the hole of such a run says more of the rows than of the plate.
+"""
 
 import math
 from collections.abc import Mapping
@@ -26,7 +44,7 @@ class Hole(NamedTuple):
         along the axis [m].
     uncertainty : float
         One initial spacing of the particles, by which either may be off in either
-        direction [m].
+        direction [m]: the grain of the measure, not how far the run has converged.
     """
 
     diameter: float
