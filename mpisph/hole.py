@@ -14,8 +14,8 @@ shot    npr 10       npr 10       npr 20       npr 20       Maiden,
 ======  ===========  ===========  ===========  ===========  ==============
 
 The hole still grows at 20 us: a plate without fracture and hardening is slow to stop. A
-thin plate of two or four rows of particles splits along its middle plane, and its halves
-peel off; the hole of such a run says more of the rows than of the plate.
+thin plate of two or four rows of particles splits along its middle plane, and its
+halves peel off; the hole of such a run says more of the rows than of the plate.
 """
 
 import math
