@@ -53,8 +53,15 @@ _SAME_TIME = 1e-6
 # Relative; output times that agree to rounding have been merged into one.
 
 
-class _View(NamedTuple):
-    """Limits of the axes [mm]."""
+class View(NamedTuple):
+    """Limits of the axes, mirrored about the axis of symmetry [mm].
+
+    Attributes
+    ----------
+    z_low, z_high : float
+    r_high : float
+        Both upwards and downwards.
+    """
 
     z_low: float
     z_high: float
@@ -163,13 +170,13 @@ def draw_cloud(
     definition = cloud_definition(case)
     if measure is None:
         measure = measure_arrays(a["id"], a["r"], a["z"], a["u_z"], a["m"], definition)
-    view = _choose_view(snapshot, case, definition, measure, exposure)
-    lines = _title_lines(case, snapshot.time, exposure)
+    view = choose_view(snapshot, case, definition, measure, exposure)
+    lines = title_lines(case, snapshot.time, exposure)
     with mpl.rc_context(STYLE):
         figure, axes = _make_axes(view, len(lines), max(len(case.bodies) + 1, 3))
         # A dollar sign of the user's title begins no formula.
         axes.set_title("\n".join(lines), loc="left", parse_math=False)
-        _draw_particles(axes, snapshot, case, view)
+        draw_particles(axes, snapshot, case, view)
         _draw_rear_face(axes, definition)
         if exposure is not None:
             _draw_sizes(axes, definition, measure, exposure, view)
@@ -183,17 +190,33 @@ def draw_cloud(
         figure.savefig(out_png)
 
 
-def _choose_view(
+def choose_view(
     snapshot: Snapshot,
     case: Case,
     definition: CloudDefinition,
     measure: CloudMeasure,
     exposure: Exposure | None,
-) -> _View:
+    headroom: float = 1.4,
+) -> View:
     """Choose limits that hold the plate, the cloud and what was measured.
 
     Strays are left to fall outside: the robust measures decide, and where they
     lie near them the outermost ones.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    case : Case
+    definition : CloudDefinition
+    measure : CloudMeasure
+    exposure : Exposure or None
+    headroom : float, optional
+        Height of the view over that of the cloud; by default there is room above it
+        for labels.
+
+    Returns
+    -------
+    View
     """
     ends, sides = [], []
     for body in case.bodies:
@@ -211,7 +234,7 @@ def _choose_view(
     if exposure is not None:
         ends.append(definition.rear + (exposure.length or 0.0))
         sides.append(exposure.radius or 0.0)
-    return _round_view(min(ends) * 1e3, max(ends) * 1e3, max(sides) * 1e3)
+    return _round_view(min(ends) * 1e3, max(ends) * 1e3, max(sides) * 1e3, headroom)
 
 
 def _without_stray(outermost: float, robust: float) -> float:
@@ -230,16 +253,15 @@ def _moving_extent(
     return z, float(np.quantile(a["r"][moving], 1.0 - _STRAY))
 
 
-def _round_view(z_low: float, z_high: float, r_high: float) -> _View:
+def _round_view(z_low: float, z_high: float, r_high: float, headroom: float) -> View:
     """Add margins [mm], and length or height where the figure would be a strip."""
     span = max(z_high - z_low, 2.2 * r_high, 1e-6)
     missing = 0.5 * (span - (z_high - z_low))
-    # Above the cloud there is room for the labels of the lines across the axis.
-    r_high = max(1.4 * r_high, 0.3 * span)
-    return _View(z_low - missing - 0.15 * span, z_high + missing + 0.1 * span, r_high)
+    r_high = max(headroom * r_high, 0.3 * span)
+    return View(z_low - missing - 0.15 * span, z_high + missing + 0.1 * span, r_high)
 
 
-def _make_axes(view: _View, title_lines: int, legend_lines: int) -> tuple[Figure, Axes]:
+def _make_axes(view: View, title_lines: int, legend_lines: int) -> tuple[Figure, Axes]:
     """Return a figure whose axes have one scale for both directions."""
     left, right = 0.62, 0.12
     bottom, top = 0.6 + 0.175 * legend_lines, 0.2 + 0.19 * title_lines
@@ -249,17 +271,39 @@ def _make_axes(view: _View, title_lines: int, legend_lines: int) -> tuple[Figure
     figure = Figure(figsize=size, dpi=DPI)
     box = (left / size[0], bottom / size[1], width / size[0], height / size[1])
     axes = figure.add_axes(box)
-    axes.set_xlim(view.z_low, view.z_high)
-    axes.set_ylim(-view.r_high, view.r_high)
-    axes.yaxis.set_major_formatter(lambda r, _: f"{abs(r):g}")
+    set_limits(axes, view)
     axes.set_xlabel("axial position z [mm]", loc="left")
     axes.set_ylabel("radius r [mm]")
-    axes.axhline(0.0, color="0.6", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)), zorder=1)
     return figure, axes
 
 
-def _draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: _View) -> None:
-    """Draw every body's particles as dots of the size of the spacing."""
+def set_limits(axes: Axes, view: View) -> None:
+    """Give axes the limits of a view, and draw in the axis of symmetry.
+
+    Parameters
+    ----------
+    axes : Axes
+        Of the view's aspect.
+    view : View
+    """
+    axes.set_xlim(view.z_low, view.z_high)
+    axes.set_ylim(-view.r_high, view.r_high)
+    axes.yaxis.set_major_formatter(lambda r, _: f"{abs(r):g}")
+    axes.axhline(0.0, color="0.6", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)), zorder=1)
+
+
+def draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> None:
+    """Draw every body's particles as dots of the size of the spacing.
+
+    Parameters
+    ----------
+    axes : Axes
+        With the limits of the view; its legend gets an entry for each body.
+    snapshot : Snapshot
+    case : Case
+    view : View
+        What is outside of it is not drawn.
+    """
     a = snapshot.arrays
     z, r = a["z"] * 1e3, a["r"] * 1e3
     every = 1 + len(z) // _MOST_POINTS
@@ -302,7 +346,7 @@ def _draw_sizes(
     definition: CloudDefinition,
     measure: CloudMeasure,
     exposure: Exposure,
-    view: _View,
+    view: View,
 ) -> None:
     """Draw in the measured and the computed R_b and L_b, with their labels."""
     rear = definition.rear * 1e3
@@ -329,7 +373,7 @@ def _draw_sizes(
 
 
 def _label_length(
-    axes: Axes, rear: float, lengths: tuple[float | None, float | None], view: _View
+    axes: Axes, rear: float, lengths: tuple[float | None, float | None], view: View
 ) -> None:
     """Label the lines across the axis; the outer one on its outer side."""
     for name, length, other in _with_other(lengths):
@@ -395,8 +439,22 @@ def _percent(error: float) -> str:
     return f"{percent:+.{int(abs(percent) < 100.0)}f} %".replace("-", "\u2212")
 
 
-def _title_lines(case: Case, time: float, exposure: Exposure | None) -> list[str]:
-    """Return the case's title, and the time with the reading of the clock."""
+def title_lines(case: Case, time: float, exposure: Exposure | None) -> list[str]:
+    """Return the case's title, and the time with the reading of the clock.
+
+    Parameters
+    ----------
+    case : Case
+    time : float
+        [s].
+    exposure : Exposure or None
+        What was exposed at that time.
+
+    Returns
+    -------
+    list of str
+        Lines of at most 88 characters.
+    """
     lines = textwrap.wrap(case.title, 88)
     when = f"t = {time * 1e6:.2f} µs after first contact"
     if exposure is not None:
@@ -414,7 +472,7 @@ def _title_lines(case: Case, time: float, exposure: Exposure | None) -> list[str
 
 
 def _add_hidden_count(
-    axes: Axes, snapshot: Snapshot, definition: CloudDefinition, view: _View
+    axes: Axes, snapshot: Snapshot, definition: CloudDefinition, view: View
 ) -> None:
     """Say how many particles the limits leave out."""
     a = snapshot.arrays
