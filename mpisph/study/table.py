@@ -13,7 +13,9 @@ from mpisph.clock import fit_clock
 from mpisph.errors import MpisphError
 from mpisph.files import write_text
 from mpisph.history import HISTORY_FILE, read_history
+from mpisph.hole import measure_hole
 from mpisph.result import RESULT_FILE, CloudRecord, Comparison, Result, read_result
+from mpisph.snapshot import read_series, read_snapshot
 from mpisph.study.model import Study, StudyCase
 from mpisph.study.store import Place, case_folder, look_up, study_folder
 
@@ -47,7 +49,8 @@ def collect(study: Study, root: Path) -> list[Row]:
         particle at the nominal time of the exposure at 6 us, ``_offset`` adds the
         case's clock offset, ``_robust`` means the mass quantile. ``total_error`` is the
         mean of the absolute errors of all measured figures, as in Lee 3.5; ``_fitted``
-        that with the offset fitted on this very run.
+        that with the offset fitted on this very run. ``hole`` is the hole's diameter
+        between the plate's faces, ``hole_opening`` that through its lips.
 
     Raises
     ------
@@ -93,6 +96,7 @@ def _run_columns(case: Case, folder: Path, place: Place) -> Row:
         "revision": result.revision,
     }
     row |= _cloud_columns(case, result)
+    row |= _hole_columns(case, result, folder)
     row |= _fit_columns(case, folder) if place.standing == "completed" else {}
     return row
 
@@ -130,13 +134,36 @@ def _is_total(c: Comparison, clock: str) -> bool:
 
 def _motion_columns(where: str, time: float, clouds: Sequence[CloudRecord]) -> Row:
     """Return velocity and mass of the cloud at a time."""
-    found = [c for c in clouds if math.isclose(c.time, time, rel_tol=_SAME_TIME)]
+    found = [c for c in clouds if _same(c.time, time)]
     if not found:
         return {}
     return {
         f"front_velocity_{where}_km_per_s": found[0].front_velocity * 1e-3,
         f"cloud_mass_{where}_g": found[0].mass * 1e3,
     }
+
+
+def _hole_columns(case: Case, result: Result, folder: Path) -> Row:
+    """Return the hole's diameter at every exposure, by both clocks."""
+    snapshots = read_series(folder)
+    row: Row = {}
+    for c in result.comparisons:
+        if c.figure == "outermost" and c.outcome == "compared":
+            (path,) = (p for p, t in snapshots if _same(t, c.time))
+            hole = measure_hole(read_snapshot(path).arrays, case)
+            where = f"{time_label(c.nominal_time)}{CLOCKS[c.clock]}"
+            row[f"hole_{where}_mm"] = _scaled(_known(hole.diameter), 1e3)
+            row[f"hole_opening_{where}_mm"] = _scaled(_known(hole.opening), 1e3)
+    return row
+
+
+def _same(one: float, other: float) -> bool:
+    """Say whether two times are the same but for rounding."""
+    return math.isclose(one, other, rel_tol=_SAME_TIME)
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
 
 
 def total_error(errors: Iterable[float | None]) -> float | None:

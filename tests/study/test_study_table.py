@@ -14,8 +14,10 @@ from rich.console import Console
 from mpisph.clock import fit_clock
 from mpisph.errors import MpisphError
 from mpisph.history import read_history
+from mpisph.hole import measure_hole
 from mpisph.result import read_result
 from mpisph.run import run
+from mpisph.snapshot import read_series, read_snapshot
 from mpisph.study.model import load_study
 from mpisph.study.runner import run_study
 from mpisph.study.store import case_folder
@@ -79,6 +81,19 @@ def test_a_row_says_what_the_run_says(made):
         ("cloud_mass_6us_offset_g", 6.25, "mass", 1e3),
     ):
         assert row[column] == pytest.approx(getattr(clouds[time], field) * factor)
+
+
+def test_the_hole_is_that_of_the_snapshot(made):
+    study, root = made
+    row = collect(study, root)[0]
+    folder = case_folder(root, study.cases[0])
+    times = {f"{time * 1e6:.2f}": path for path, time in read_series(folder)}
+    for where, time in (("6us", "6.00"), ("7us_offset", "7.25")):
+        hole = measure_hole(read_snapshot(times[time]).arrays, study.cases[0].case)
+        assert hole.diameter > 5e-3
+        assert row[f"hole_{where}_mm"] == pytest.approx(hole.diameter * 1e3)
+        assert row[f"hole_opening_{where}_mm"] == pytest.approx(hole.opening * 1e3)
+    assert "hole_6us_mm" not in collect(study, root)[2]
 
 
 def test_the_total_error_is_the_mean_of_the_absolute_errors(made):
