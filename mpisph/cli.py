@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 from mpi4py import MPI
 
-import mpisph
 from mpisph import __version__
 from mpisph.bench import PARTS
 from mpisph.case import Case, case_schema, load_case
@@ -33,6 +32,7 @@ from mpisph.options import (
     UNSTABLE,
     runs_argument,
     set_option,
+    shipped,
     walltime_option,
 )
 from mpisph.progress import open_console
@@ -376,7 +376,10 @@ def bench_command(
         npr, late, store or CACHE_FOLDER.parent / "bench", steps, repeats, only or PARTS
     )
     record = bench(
-        case_file or _shipped_case(), comm, options, open_console(stderr=True)
+        case_file or shipped("piekutowski-4-1353.toml"),
+        comm,
+        options,
+        open_console(stderr=True),
     )
     on_root(comm, lambda: write_bench(output, record))
     if comm.rank == 0:
@@ -390,14 +393,6 @@ def bench_command(
             highlight=False,
             soft_wrap=True,
         )
-
-
-def _shipped_case() -> Path:
-    """Return the case to measure where none is given."""
-    path = Path(mpisph.__file__).parents[1] / "cases" / "piekutowski-4-1353.toml"
-    if not path.exists():
-        raise click.UsageError("no case files beside the package: give a CASE")
-    return path
 
 
 @cli.command("scaling")

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import click
 
+import mpisph
+
 BAD_INPUT = 2
 UNSTABLE = 3
 STOPPED = 75
@@ -55,3 +57,17 @@ runs_argument = click.argument(
     required=True,
     type=click.Path(path_type=Path),
 )
+
+
+def shipped(name: str) -> Path:
+    """Return a file of the folder ``cases`` that comes with the sources.
+
+    Raises
+    ------
+    click.UsageError
+        If the package was installed without them.
+    """
+    path = Path(mpisph.__file__).parents[1] / "cases" / name
+    if not path.exists():
+        raise click.UsageError(f"no {name} beside the package: name a file")
+    return path

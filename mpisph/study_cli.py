@@ -10,7 +10,7 @@ from mpi4py import MPI
 from mpisph.collectives import from_root, on_root
 from mpisph.errors import MpisphError
 from mpisph.guard import Guard
-from mpisph.options import STOPPED, walltime_option
+from mpisph.options import STOPPED, shipped, walltime_option
 from mpisph.progress import open_console
 
 if TYPE_CHECKING:
@@ -220,3 +220,28 @@ def study_script_command(
     study = _load(study_file)
     job = Job(study.name, study_file, root, jobs, ranks, ranks_per_case, minutes)
     click.echo(batch_script(job, system), nl=False)
+
+
+@study_group.command("claims")
+@click.argument(
+    "claims_file",
+    metavar="[CLAIMS]",
+    required=False,
+    type=click.Path(path_type=Path),
+)
+@root_option
+@click.option("--markdown", is_flag=True, help="Print a table in Markdown.")
+def study_claims_command(claims_file: Path | None, root: Path, markdown: bool) -> None:
+    """Say which claims of the paper the studies' runs bear out.
+
+    CLAIMS is cases/studies/claims.toml by default. Claims whose studies have not been
+    run are named as such.
+    """
+    from mpisph.study.claims import answer_claims, as_markdown, as_table
+
+    path = claims_file or shipped("studies/claims.toml")
+    answers = from_root(MPI.COMM_WORLD, lambda: answer_claims(path, root))
+    if markdown:
+        click.echo(as_markdown(answers), nl=False)
+    elif MPI.COMM_WORLD.rank == 0:
+        open_console(stderr=False).print(as_table(answers))

@@ -12,13 +12,15 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, ValidationError, model_validator
+from rich.table import Table
 
 from mpisph.case.positions import line_numbers
 from mpisph.case.problems import Origins
 from mpisph.case.toml_file import read_toml
 from mpisph.errors import CaseError, MpisphError
 from mpisph.materials.quantities import Description, FrozenModel, Identifier
-from mpisph.study.model import Value, load_study, model_problems
+from mpisph.study.model import Study, Value, load_study, model_problems
+from mpisph.study.ranges import agreement
 from mpisph.study.table import Row, collect
 
 Word = Literal["reproduced", "in part", "not reproduced", "not run"]
@@ -31,6 +33,8 @@ class Condition(FrozenModel):
 
     at: dict[Identifier, Value] = Field(default_factory=dict)
     """Columns that must have these values."""
+    but: dict[Identifier, Value] = Field(default_factory=dict)
+    """Columns that must not have these values."""
     at_least: dict[Identifier, float] = Field(default_factory=dict)
     """Columns that must not be smaller."""
     at_most: dict[Identifier, float] = Field(default_factory=dict)
@@ -40,6 +44,7 @@ class Condition(FrozenModel):
         """Say whether a row of a study's table is meant."""
         return (
             all(row.get(name) == value for name, value in self.at.items())
+            and all(row.get(name) != value for name, value in self.but.items())
             and all(row[name] >= value for name, value in self.at_least.items())
             and all(row[name] <= value for name, value in self.at_most.items())
         )
@@ -64,6 +69,10 @@ class Try(FrozenModel):
     """Cases that the others are compared with."""
     columns: tuple[Identifier, ...] = ()
     """Columns of the table that are compared."""
+    bands: dict[Identifier, tuple[float, float]] = Field(default_factory=dict)
+    """For each variant the smallest and the largest figure that is expected."""
+    clock: Literal["nominal", "offset", "fitted"] = "nominal"
+    """Reading of the clock for the total error."""
     limit: float = 0.0
     """What the figure may not pass; its meaning is the check's."""
 
@@ -161,23 +170,35 @@ def answer_claims(path: Path, root: Path) -> list[Answer]:
     """
     claims = load_claims(path).claims
     names = {attempt.study for claim in claims for attempt in claim.tries}
-    tables = {
-        name: collect(load_study(path.with_name(f"{name}.toml")), root)
-        for name in sorted(names)
-    }
+    studies = {name: load_study(path.with_name(f"{name}.toml")) for name in names}
+    tables = {name: collect(study, root) for name, study in studies.items()}
     return [
-        Answer(claim, tuple(decide(t, tables[t.study]) for t in claim.tries))
+        Answer(
+            claim,
+            tuple(decide(t, studies[t.study], tables[t.study]) for t in claim.tries),
+        )
         for claim in claims
     ]
 
 
-def decide(attempt: Try, table: Sequence[Row]) -> Verdict:
+def decide(attempt: Try, study: Study, table: Sequence[Row]) -> Verdict:
     """Make the check of a try on the table of its study.
+
+    Parameters
+    ----------
+    attempt : Try
+    study : Study
+    table : sequence of dict
+        From `collect`.
+
+    Returns
+    -------
+    Verdict
 
     Raises
     ------
     MpisphError
-        If a column that the check needs is not there.
+        If the study has no such case.
     """
     rows = [row for row in table if attempt.where.holds(row)]
     if not rows:
@@ -187,7 +208,7 @@ def decide(attempt: Try, table: Sequence[Row]) -> Verdict:
     missing = sum(row["status"] not in {"completed", "unstable"} for row in rows)
     if missing:
         return Verdict("not run", f"{missing} of {len(rows)} cases have not been run")
-    return CHECKS[attempt.check](attempt, rows)
+    return CHECKS[attempt.check](attempt, study, rows)
 
 
 def _is_stable(row: Row) -> bool:
@@ -200,7 +221,7 @@ def _word(all_of_it: bool, some_of_it: bool) -> Word:
     return "in part" if some_of_it else "not reproduced"
 
 
-def check_unstable(attempt: Try, rows: Sequence[Row]) -> Verdict:
+def check_unstable(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether the unstable cases are those of the regions, and no others.
 
     In part: at least one case inside is unstable, and more cases are as claimed than if
@@ -217,7 +238,7 @@ def check_unstable(attempt: Try, rows: Sequence[Row]) -> Verdict:
     )
 
 
-def check_falls(attempt: Try, rows: Sequence[Row]) -> Verdict:
+def check_falls(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether the columns fall from each value of the parameter to the next.
 
     `limit` is the share of the steps that must fall. In part: more than half do.
@@ -225,7 +246,7 @@ def check_falls(attempt: Try, rows: Sequence[Row]) -> Verdict:
     return _monotone(attempt, rows, -1.0)
 
 
-def check_grows(attempt: Try, rows: Sequence[Row]) -> Verdict:
+def check_grows(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether the columns grow from each value of the parameter to the next.
 
     `limit` is the share of the steps that must grow. In part: more than half do.
@@ -249,7 +270,7 @@ def _monotone(attempt: Try, rows: Sequence[Row], sign: float) -> Verdict:
     )
 
 
-def check_grows_by_less(attempt: Try, rows: Sequence[Row]) -> Verdict:
+def check_grows_by_less(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether the columns grow along the parameter, each time by less.
 
     In part: they grow from the first to the last, by less in the second half.
@@ -264,7 +285,7 @@ def check_grows_by_less(attempt: Try, rows: Sequence[Row]) -> Verdict:
     return Verdict(_word(good, partly), f"steps of {'; '.join(texts)} mm")
 
 
-def check_step(attempt: Try, rows: Sequence[Row]) -> Verdict:
+def check_step(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether only the steps of the regions are unstable, and the step hardly matters.
 
     `limit` is the largest change of a column along the parameter [%], among the stable
@@ -291,7 +312,7 @@ def check_step(attempt: Try, rows: Sequence[Row]) -> Verdict:
     )
 
 
-def check_alike(attempt: Try, rows: Sequence[Row]) -> Verdict:
+def check_alike(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether the regions' cases differ little from the reference's.
 
     `limit` is the largest difference of a column [%]. In part: half of the cases.
@@ -307,14 +328,14 @@ def check_alike(attempt: Try, rows: Sequence[Row]) -> Verdict:
     )
 
 
-def check_all_unstable(attempt: Try, rows: Sequence[Row]) -> Verdict:
+def check_all_unstable(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether every case is unstable. In part: some are."""
     unstable = sum(not _is_stable(row) for row in rows)
     text = f"{unstable} of {len(rows)} cases are unstable"
     return Verdict(_word(unstable == len(rows), unstable > 0), text)
 
 
-def check_smaller(attempt: Try, rows: Sequence[Row]) -> Verdict:
+def check_smaller(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether the columns of the regions' cases are far below the reference's.
 
     `limit` is the largest ratio allowed. In part: for some cases. An unstable case
@@ -323,7 +344,7 @@ def check_smaller(attempt: Try, rows: Sequence[Row]) -> Verdict:
     return _far(attempt, rows, lambda ratio: ratio <= attempt.limit)
 
 
-def check_larger(attempt: Try, rows: Sequence[Row]) -> Verdict:
+def check_larger(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether the columns of the regions' cases are far above the reference's.
 
     `limit` is the smallest ratio allowed. In part: for some cases.
@@ -343,7 +364,7 @@ def _far(attempt: Try, rows: Sequence[Row], is_far: Callable[[float], bool]) -> 
     )
 
 
-def check_errors(attempt: Try, rows: Sequence[Row]) -> Verdict:
+def check_errors(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether all errors of the columns are within `limit` [%]. In part: most are."""
     errors = [row.get(column) for row in rows for column in attempt.columns]
     known = [error for error in errors if error is not None]
@@ -352,6 +373,44 @@ def check_errors(attempt: Try, rows: Sequence[Row]) -> Verdict:
     return Verdict(
         _word(good == len(errors), good > len(errors) / 2),
         f"{good} of {len(errors)} within {attempt.limit:g} %: {texts}",
+    )
+
+
+def check_outside(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
+    """Whether the columns lie outside their variants' bands. In part: some do."""
+    found = [
+        (row["variant"], _figure(row, column), attempt.bands[row["variant"]])
+        for row in rows
+        for column in attempt.columns
+    ]
+    outside = sum(x is None or not low <= x <= high for _, x, (low, high) in found)
+    texts = ", ".join(
+        f"{name} {'unstable' if x is None else f'{x:.1f}'} ({low:g} to {high:g})"
+        for name, x, (low, high) in found
+    )
+    return Verdict(
+        _word(outside == len(found), outside > 0),
+        f"{outside} of {len(found)} outside: {texts} mm",
+    )
+
+
+def check_ranges(attempt: Try, study: Study, rows: Sequence[Row]) -> Verdict:
+    """Whether the total error is below the source's limit where the source says so.
+
+    `limit` is the share of the cases that must be judged alike. In part: more cases are
+    alike than if all were said to be inside, or all outside.
+    """
+    found = agreement(study, rows, attempt.clock)
+    cells = found.cells
+    alike = sum(cell.alike for cell in cells)
+    compared = sum(cell.compared for cell in cells)
+    inside = sum(cell.both + cell.paper_only for cell in cells)
+    blind = max(inside, compared - inside)
+    ours = sum(cell.both + cell.ours_only for cell in cells)
+    return Verdict(
+        _word(alike >= attempt.limit * compared, alike > blind),
+        f"{alike} of {compared} cases judged alike; below the limit here {ours}, in "
+        f"the paper {inside}",
     )
 
 
@@ -413,7 +472,7 @@ def _range(values: Iterable[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-CHECKS: dict[str, Callable[[Try, Sequence[Row]], Verdict]] = {
+CHECKS: dict[str, Callable[[Try, Study, Sequence[Row]], Verdict]] = {
     "unstable": check_unstable,
     "falls": check_falls,
     "grows": check_grows,
@@ -424,8 +483,25 @@ CHECKS: dict[str, Callable[[Try, Sequence[Row]], Verdict]] = {
     "smaller": check_smaller,
     "larger": check_larger,
     "errors": check_errors,
+    "outside": check_outside,
+    "ranges": check_ranges,
 }
 """The computations that decide claims, by name."""
+
+
+def as_table(answers: Sequence[Answer]) -> Table:
+    """Return the verdicts for a terminal."""
+    table = Table(title="The paper's claims", show_lines=True)
+    for name in ("claim", "verdict", "figure"):
+        table.add_column(name)
+    for claim, verdicts in answers:
+        pairs = list(zip(claim.tries, verdicts, strict=True))
+        table.add_row(
+            f"{claim.number}. {claim.text}",
+            "\n".join(f"{attempt.name}: {verdict.word}" for attempt, verdict in pairs),
+            "\n".join(verdict.figure for _, verdict in pairs),
+        )
+    return table
 
 
 def as_markdown(answers: Sequence[Answer]) -> str:
