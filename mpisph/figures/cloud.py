@@ -53,8 +53,16 @@ _SAME_TIME = 1e-6
 # Relative; output times that agree to rounding have been merged into one.
 
 
-class _View(NamedTuple):
-    """Limits of the axes [mm]."""
+class View(NamedTuple):
+    """Limits of the axes.
+
+    Attributes
+    ----------
+    z_low, z_high : float
+        Along the axis [mm].
+    r_high : float
+        Away from it, to both sides [mm].
+    """
 
     z_low: float
     z_high: float
@@ -66,7 +74,7 @@ class _View(NamedTuple):
         return 2.0 * self.r_high / (self.z_high - self.z_low)
 
     def shows(self, z: FloatArray, r: FloatArray) -> npt.NDArray[np.bool_]:
-        """Say which of the particles [mm] are within the limits."""
+        """Say which of the particles at `z` and `r` [mm] lie within the limits."""
         return (z >= self.z_low) & (z <= self.z_high) & (r <= self.r_high)
 
 
@@ -163,7 +171,7 @@ def draw_cloud(
     definition = cloud_definition(case)
     if measure is None:
         measure = measure_arrays(a["id"], a["r"], a["z"], a["u_z"], a["m"], definition)
-    view = _choose_view(snapshot, case, definition, measure, exposure)
+    view = choose_view(snapshot, case, definition, measure, exposure)
     lines = _title_lines(case, snapshot.time, exposure)
     with mpl.rc_context(STYLE):
         figure, axes = _make_axes(view, len(lines), max(len(case.bodies) + 1, 3))
@@ -183,17 +191,32 @@ def draw_cloud(
         figure.savefig(out_png)
 
 
-def _choose_view(
+def choose_view(
     snapshot: Snapshot,
     case: Case,
     definition: CloudDefinition,
     measure: CloudMeasure,
     exposure: Exposure | None,
-) -> _View:
+) -> View:
     """Choose limits that hold the plate, the cloud and what was measured.
 
     Strays are left to fall outside: the robust measures decide, and where they
     lie near them the outermost ones.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    case : Case
+    definition : CloudDefinition
+        The case's.
+    measure : CloudMeasure
+        The snapshot's.
+    exposure : Exposure or None
+        What was measured, if anything.
+
+    Returns
+    -------
+    View
     """
     ends, sides = [], []
     for body in case.bodies:
@@ -230,16 +253,16 @@ def _moving_extent(
     return z, float(np.quantile(a["r"][moving], 1.0 - _STRAY))
 
 
-def _round_view(z_low: float, z_high: float, r_high: float) -> _View:
+def _round_view(z_low: float, z_high: float, r_high: float) -> View:
     """Add margins [mm], and length or height where the figure would be a strip."""
     span = max(z_high - z_low, 2.2 * r_high, 1e-6)
     missing = 0.5 * (span - (z_high - z_low))
     # Above the cloud there is room for the labels of the lines across the axis.
     r_high = max(1.4 * r_high, 0.3 * span)
-    return _View(z_low - missing - 0.15 * span, z_high + missing + 0.1 * span, r_high)
+    return View(z_low - missing - 0.15 * span, z_high + missing + 0.1 * span, r_high)
 
 
-def _make_axes(view: _View, title_lines: int, legend_lines: int) -> tuple[Figure, Axes]:
+def _make_axes(view: View, title_lines: int, legend_lines: int) -> tuple[Figure, Axes]:
     """Return a figure whose axes have one scale for both directions."""
     left, right = 0.62, 0.12
     bottom, top = 0.6 + 0.175 * legend_lines, 0.2 + 0.19 * title_lines
@@ -258,7 +281,7 @@ def _make_axes(view: _View, title_lines: int, legend_lines: int) -> tuple[Figure
     return figure, axes
 
 
-def _draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: _View) -> None:
+def _draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> None:
     """Draw every body's particles as dots of the size of the spacing."""
     a = snapshot.arrays
     z, r = a["z"] * 1e3, a["r"] * 1e3
@@ -267,7 +290,7 @@ def _draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: _View) -> 
     points_per_mm = axes.bbox.width * 72.0 / DPI / (view.z_high - view.z_low)
     # Each dot stands for `every` particles and covers their area.
     size = case.spacing * 1e3 * every**0.5 * points_per_mm
-    size = max(size, _smallest_dot(len(z)))
+    size = max(size, smallest_dot(len(z)))
     for index, body in enumerate(case.bodies):
         mine = drawn & (a["body"] == index)
         colour = BODY_COLOURS[index % len(BODY_COLOURS)]
@@ -287,8 +310,19 @@ def _draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: _View) -> 
         axes.plot([], [], "o", markersize=6.0, color=colour, label=label)
 
 
-def _smallest_dot(n: int) -> float:
-    """Return a diameter [pt] at which few dots do not fade and many do not merge."""
+def smallest_dot(n: int) -> float:
+    """Return a diameter at which few dots do not fade and many do not merge.
+
+    Parameters
+    ----------
+    n : int
+        Number of particles.
+
+    Returns
+    -------
+    float
+        [pt], in a figure as wide as `WIDTH`.
+    """
     return min(max(120.0 / math.sqrt(max(n, 1)), 0.5), 1.8)
 
 
@@ -302,7 +336,7 @@ def _draw_sizes(
     definition: CloudDefinition,
     measure: CloudMeasure,
     exposure: Exposure,
-    view: _View,
+    view: View,
 ) -> None:
     """Draw in the measured and the computed R_b and L_b, with their labels."""
     rear = definition.rear * 1e3
@@ -329,7 +363,7 @@ def _draw_sizes(
 
 
 def _label_length(
-    axes: Axes, rear: float, lengths: tuple[float | None, float | None], view: _View
+    axes: Axes, rear: float, lengths: tuple[float | None, float | None], view: View
 ) -> None:
     """Label the lines across the axis; the outer one on its outer side."""
     for name, length, other in _with_other(lengths):
@@ -414,7 +448,7 @@ def _title_lines(case: Case, time: float, exposure: Exposure | None) -> list[str
 
 
 def _add_hidden_count(
-    axes: Axes, snapshot: Snapshot, definition: CloudDefinition, view: _View
+    axes: Axes, snapshot: Snapshot, definition: CloudDefinition, view: View
 ) -> None:
     """Say how many particles the limits leave out."""
     a = snapshot.arrays
