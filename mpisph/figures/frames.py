@@ -154,8 +154,8 @@ class Frame:
     def _dot_size(self, every: int, n: int) -> float:
         """Return the diameter of a dot that stands for `every` of `n` [pt]."""
         inches = float(self.figure.get_figwidth())
-        width = self._axes.get_position().width * inches * 72.0
-        spacing = self._case.spacing * 1e3 * every**0.5
+        width = float(self._axes.get_position().width) * inches * 72.0
+        spacing = self._case.spacing * 1e3 * math.sqrt(every)
         size = spacing * width / (self.view.z_high - self.view.z_low)
         return max(size, smallest_dot(n) * math.sqrt(inches / WIDTH))
 
