@@ -20,7 +20,7 @@ EXPOSED = (
     "measured.clock_offset=0.35us",
     "measured.exposures.0.time=1us",
     "measured.exposures.0.radius=7 mm",
-    "measured.exposures.0.length=2 mm",
+    "measured.exposures.0.length=2.1 mm",
 )
 """Shot 4-1353, coarse and short: 10 snapshots, an exposure reached, one not."""
 

@@ -52,9 +52,10 @@ def test_the_view_holds_all_snapshots(tmp_path, case):
     assert 55.0 < view.z_high < 70.0
     assert 25.0 < view.r_high < 40.0
     assert view.z_low < 0.0
-    alone = common_view([near], case)
-    assert alone.z_high < 30.0
-    assert view.z_low <= alone.z_low
+    alone = [common_view([path], case) for path in (near, far)]
+    assert alone[0].z_high < 30.0
+    assert view.z_low == min(one.z_low for one in alone) != max(alone).z_low
+    assert view.r_high == max(one.r_high for one in alone)
 
 
 def test_strays_do_not_set_it(tmp_path, case):
@@ -66,7 +67,7 @@ def test_strays_do_not_set_it(tmp_path, case):
 
 @pytest.mark.parametrize("layout", [PANEL, FILM])
 @pytest.mark.parametrize(
-    "view", [View(-10, 100, 40), View(-10, 20, 90), View(-33.3, 44.4, 9.9)]
+    "view", [View(-10, 20, 90), *(View(-10, 90, 30 + 0.1 * k) for k in range(6))]
 )
 def test_both_directions_have_one_scale_and_pixels_are_even(case, view, layout):
     frame = Frame(case, view, layout)

@@ -133,7 +133,7 @@ def test_the_cloud_at_both_readings_of_the_clock(stored):
             error = 100 * (size / 7e-3 - 1)
             want.append(f"{1e3 * size:.1f} ({error:+.1f}\xa0%)".replace("-", "−"))
         assert list(row[1:4]) == want
-        error = 100 * (cloud.length / 2e-3 - 1)
+        error = 100 * (cloud.length / 2.1e-3 - 1)
         assert row[5] == f"{1e3 * cloud.length:.1f} ({error:+.1f}\xa0%)".replace(
             "-", "−"
         )
@@ -142,6 +142,19 @@ def test_the_cloud_at_both_readings_of_the_clock(stored):
     ] * 2
     assert "99 % of its mass" in table.caption
     assert "with the case's clock offset added" in table.caption
+
+
+def test_robust_figures_stand_beside_the_outermost(stored):
+    changes = {"radius": 6.5e-3, "length": 1.5e-3, "radius_error_percent": -7.1}
+    comparisons = tuple(
+        c.model_copy(update=changes if c.figure == "robust" else {})
+        for c in stored.comparisons
+    )
+    first = cloud_table(stored._replace(comparisons=comparisons)).rows[0]
+    was = cloud_table(stored).rows[0]
+    assert first[3] == "6.5 (−7.1\xa0%)"
+    assert first[6].startswith("1.5 (")
+    assert (*first[:3], *first[4:6]) == (*was[:3], *was[4:6])
 
 
 def test_without_an_offset_the_caption_says_so(stored):
