@@ -148,8 +148,8 @@ def _ratio(change: float, scale: float) -> float:
     return change / scale if scale > 0.0 else math.inf
 
 
-def rear_face(case: Case) -> float:
-    """Return the original axial position of the plate's rear face [m].
+def target_plate(case: Case) -> Plate | None:
+    """Return the plate that lengths count from.
 
     Parameters
     ----------
@@ -159,14 +159,29 @@ def rear_face(case: Case) -> float:
 
     Returns
     -------
-    float
-        Infinite where there is no plate: nothing lies behind it.
+    Plate or None
     """
     plates = [body for body in case.bodies if isinstance(body, Plate)]
     if case.measured is not None:
         plates = [plate for plate in plates if plate.name == case.measured.plate]
-    slowest = min(plates, key=lambda plate: plate.velocity, default=None)
-    return math.inf if slowest is None else slowest.rear_face
+    return min(plates, key=lambda plate: plate.velocity, default=None)
+
+
+def rear_face(case: Case) -> float:
+    """Return the original axial position of the target plate's rear face [m].
+
+    Parameters
+    ----------
+    case : Case
+        See `target_plate`.
+
+    Returns
+    -------
+    float
+        Infinite where there is no plate: nothing lies behind it.
+    """
+    plate = target_plate(case)
+    return math.inf if plate is None else plate.rear_face
 
 
 def impact_velocity(case: Case) -> float:

@@ -54,14 +54,13 @@ _SAME_TIME = 1e-6
 
 
 class View(NamedTuple):
-    """Limits of the axes.
+    """Limits of the axes, mirrored about the axis of symmetry [mm].
 
     Attributes
     ----------
     z_low, z_high : float
-        Along the axis [mm].
     r_high : float
-        Away from it, to both sides [mm].
+        Both upwards and downwards.
     """
 
     z_low: float
@@ -74,7 +73,7 @@ class View(NamedTuple):
         return 2.0 * self.r_high / (self.z_high - self.z_low)
 
     def shows(self, z: FloatArray, r: FloatArray) -> npt.NDArray[np.bool_]:
-        """Say which of the particles at `z` and `r` [mm] lie within the limits."""
+        """Say which of the particles [mm] are within the limits."""
         return (z >= self.z_low) & (z <= self.z_high) & (r <= self.r_high)
 
 
@@ -172,12 +171,12 @@ def draw_cloud(
     if measure is None:
         measure = measure_arrays(a["id"], a["r"], a["z"], a["u_z"], a["m"], definition)
     view = choose_view(snapshot, case, definition, measure, exposure)
-    lines = _title_lines(case, snapshot.time, exposure)
+    lines = title_lines(case, snapshot.time, exposure)
     with mpl.rc_context(STYLE):
         figure, axes = _make_axes(view, len(lines), max(len(case.bodies) + 1, 3))
         # A dollar sign of the user's title begins no formula.
         axes.set_title("\n".join(lines), loc="left", parse_math=False)
-        _draw_particles(axes, snapshot, case, view)
+        draw_particles(axes, snapshot, case, view)
         _draw_rear_face(axes, definition)
         if exposure is not None:
             _draw_sizes(axes, definition, measure, exposure, view)
@@ -197,6 +196,7 @@ def choose_view(
     definition: CloudDefinition,
     measure: CloudMeasure,
     exposure: Exposure | None,
+    headroom: float = 1.4,
 ) -> View:
     """Choose limits that hold the plate, the cloud and what was measured.
 
@@ -208,11 +208,11 @@ def choose_view(
     snapshot : Snapshot
     case : Case
     definition : CloudDefinition
-        The case's.
     measure : CloudMeasure
-        The snapshot's.
     exposure : Exposure or None
-        What was measured, if anything.
+    headroom : float, optional
+        Height of the view over that of the cloud; by default there is room above it
+        for labels.
 
     Returns
     -------
@@ -234,7 +234,7 @@ def choose_view(
     if exposure is not None:
         ends.append(definition.rear + (exposure.length or 0.0))
         sides.append(exposure.radius or 0.0)
-    return _round_view(min(ends) * 1e3, max(ends) * 1e3, max(sides) * 1e3)
+    return _round_view(min(ends) * 1e3, max(ends) * 1e3, max(sides) * 1e3, headroom)
 
 
 def _without_stray(outermost: float, robust: float) -> float:
@@ -253,12 +253,11 @@ def _moving_extent(
     return z, float(np.quantile(a["r"][moving], 1.0 - _STRAY))
 
 
-def _round_view(z_low: float, z_high: float, r_high: float) -> View:
+def _round_view(z_low: float, z_high: float, r_high: float, headroom: float) -> View:
     """Add margins [mm], and length or height where the figure would be a strip."""
     span = max(z_high - z_low, 2.2 * r_high, 1e-6)
     missing = 0.5 * (span - (z_high - z_low))
-    # Above the cloud there is room for the labels of the lines across the axis.
-    r_high = max(1.4 * r_high, 0.3 * span)
+    r_high = max(headroom * r_high, 0.3 * span)
     return View(z_low - missing - 0.15 * span, z_high + missing + 0.1 * span, r_high)
 
 
@@ -272,17 +271,39 @@ def _make_axes(view: View, title_lines: int, legend_lines: int) -> tuple[Figure,
     figure = Figure(figsize=size, dpi=DPI)
     box = (left / size[0], bottom / size[1], width / size[0], height / size[1])
     axes = figure.add_axes(box)
-    axes.set_xlim(view.z_low, view.z_high)
-    axes.set_ylim(-view.r_high, view.r_high)
-    axes.yaxis.set_major_formatter(lambda r, _: f"{abs(r):g}")
+    set_limits(axes, view)
     axes.set_xlabel("axial position z [mm]", loc="left")
     axes.set_ylabel("radius r [mm]")
-    axes.axhline(0.0, color="0.6", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)), zorder=1)
     return figure, axes
 
 
-def _draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> None:
-    """Draw every body's particles as dots of the size of the spacing."""
+def set_limits(axes: Axes, view: View) -> None:
+    """Give axes the limits of a view, and draw in the axis of symmetry.
+
+    Parameters
+    ----------
+    axes : Axes
+        Of the view's aspect.
+    view : View
+    """
+    axes.set_xlim(view.z_low, view.z_high)
+    axes.set_ylim(-view.r_high, view.r_high)
+    axes.yaxis.set_major_formatter(lambda r, _: f"{abs(r):g}")
+    axes.axhline(0.0, color="0.6", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)), zorder=1)
+
+
+def draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> None:
+    """Draw every body's particles as dots of the size of the spacing.
+
+    Parameters
+    ----------
+    axes : Axes
+        With the limits of the view; its legend gets an entry for each body.
+    snapshot : Snapshot
+    case : Case
+    view : View
+        What is outside of it is not drawn.
+    """
     a = snapshot.arrays
     z, r = a["z"] * 1e3, a["r"] * 1e3
     every = 1 + len(z) // _MOST_POINTS
@@ -429,8 +450,22 @@ def _percent(error: float) -> str:
     return f"{percent:+.{int(abs(percent) < 100.0)}f} %".replace("-", "\u2212")
 
 
-def _title_lines(case: Case, time: float, exposure: Exposure | None) -> list[str]:
-    """Return the case's title, and the time with the reading of the clock."""
+def title_lines(case: Case, time: float, exposure: Exposure | None) -> list[str]:
+    """Return the case's title, and the time with the reading of the clock.
+
+    Parameters
+    ----------
+    case : Case
+    time : float
+        [s].
+    exposure : Exposure or None
+        What was exposed at that time.
+
+    Returns
+    -------
+    list of str
+        Lines of at most 88 characters.
+    """
     lines = textwrap.wrap(case.title, 88)
     when = f"t = {time * 1e6:.2f} µs after first contact"
     if exposure is not None:

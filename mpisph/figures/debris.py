@@ -1,0 +1,337 @@
+"""Figures of the debris: a synthetic radiograph, the spray, and the fragments."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.colors import FuncNorm
+from matplotlib.figure import Figure
+
+from mpisph.case import Case
+from mpisph.diagnostics import (
+    CloudDefinition,
+    cloud_definition,
+    in_cloud,
+    measure_arrays,
+)
+from mpisph.figures.cloud import (
+    View,
+    choose_view,
+    draw_particles,
+    exposure_at,
+    set_limits,
+    title_lines,
+)
+from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE, WIDTH
+from mpisph.fragments import CONTACT, Fragments, find_fragments
+from mpisph.particles import FloatArray
+from mpisph.radiograph import ALUMINIUM_80_KEV, areal_density, transmission
+from mpisph.snapshot import Snapshot
+from mpisph.spray import Spray, measure_spray
+
+Arrays = dict[str, npt.NDArray[Any]]
+"""As in `Snapshot.arrays`."""
+
+_FILM_PIXELS = 800
+# Along the axis; more would only show the particles' square sections.
+
+_WIDEN = 3.0
+# Three fifths of what the kernel spreads at two spacings: the core is without a grain,
+# and edges stay sharp.
+
+_SHADE = 0.6
+# Power of the rays' absorption that the grey follows; below 1 it lifts the thin shell.
+
+_DARKEST = 0.995
+# Share of the cloud's pixels that are not black.
+
+_FEWEST_RAYS = 0.1
+# What so few rays pass is black in any case.
+
+_GREY: dict[str, Any] = {"color": "0.4", "linewidth": 0.9}
+_FACTORS: dict[float, dict[str, Any]] = {
+    1.2: {**_GREY, "linestyle": ":"},
+    CONTACT: {**COMPUTED, "linestyle": "-"},
+    2.0: {**_GREY, "linestyle": "--"},
+    3.0: {**_GREY, "linestyle": "-."},
+}
+# The default's and others, to show how far the fragments depend on the factor.
+
+_KG_M2 = 0.1
+# In g/cm2; so 1 m2/kg is 10 cm2/g.
+
+
+def draw_radiograph(
+    snapshot: Snapshot,
+    case: Case,
+    out_png: Path,
+    mass_attenuation: float = ALUMINIUM_80_KEV,
+) -> None:
+    """Draw a synthetic flash radiograph above the particles, in one scale.
+
+    Dense matter is dark on a light field, as on prints of the experiments: from white,
+    where all rays pass, to black, where as few pass as in the cloud's densest parts.
+    The plate, seen along its whole diameter, is black as well. Rings are drawn wider
+    than they are, at the same mass, so that they merge where the cloud is coherent.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    case : Case
+    out_png : Path
+        Its folder is made where it is missing.
+    mass_attenuation : float, optional
+        [m2/kg]; see `radiograph.transmission`.
+
+    Raises
+    ------
+    OSError
+        If the figure cannot be written.
+    """
+    a, definition = snapshot.arrays, cloud_definition(case)
+    measure = measure_arrays(a["id"], a["r"], a["z"], a["u_z"], a["m"], definition)
+    exposure = exposure_at(case, snapshot.time)
+    view = choose_view(snapshot, case, definition, measure, exposure, headroom=1.12)
+    lines = title_lines(case, snapshot.time, exposure)
+    lines.append("above: synthetic flash radiograph; below: the particles")
+    with mpl.rc_context(STYLE):
+        figure, film, particles, bar = _make_panels(view, len(lines), len(case.bodies))
+        film.set_title("\n".join(lines), loc="left", parse_math=False)
+        image = _draw_film(film, a, definition, view, mass_attenuation)
+        film.set_ylabel("lateral distance y [mm]")
+        figure.colorbar(
+            image, bar, extend="max", label="areal density along the ray [g/cm²]"
+        )
+        draw_particles(particles, snapshot, case, view)
+        particles.set_ylabel("radius r [mm]")
+        particles.set_xlabel("axial position z [mm]", loc="left")
+        figure.legend(
+            loc="lower left", bbox_to_anchor=(particles.get_position().x0, 0.0)
+        )
+        figure.text(
+            particles.get_position().x1,
+            0.06 / figure.get_figheight(),
+            f"Grey: (1 \u2212 exp(\u2212µσ))$^{{{_SHADE:g}}}$ with µ = "
+            f"{mass_attenuation / _KG_M2:.3g} cm²/g; parallel rays,\n"
+            f"no scattered ones. Each particle is a ring, {_WIDEN:g} sizes wide:\n"
+            "stripes are single rings, no feature of the cloud.",
+            ha="right",
+            va="bottom",
+            fontsize=7.5,
+            color="0.3",
+        )
+        _save(figure, out_png)
+
+
+def _make_panels(
+    view: View, title_count: int, legend_count: int
+) -> tuple[Figure, Axes, Axes, Axes]:
+    """Return a figure with two panels of one scale, and a place for a colour bar."""
+    left, right, gap = 0.62, 0.9, 0.12
+    bottom, top = 0.6 + 0.175 * max(legend_count, 3), 0.2 + 0.19 * title_count
+    width = WIDTH - left - right
+    height = width * view.aspect
+    total = bottom + 2.0 * height + gap + top
+    figure = Figure(figsize=(WIDTH, total), dpi=DPI)
+
+    def add(x: float, y: float, w: float) -> Axes:
+        return figure.add_axes((x / WIDTH, y / total, w / WIDTH, height / total))
+
+    particles = add(left, bottom, width)
+    film = add(left, bottom + height + gap, width)
+    bar = add(left + width + 0.08, bottom + height + gap, 0.14)
+    for axes in (film, particles):
+        set_limits(axes, view)
+    film.tick_params(labelbottom=False)
+    return figure, film, particles, bar
+
+
+def _draw_film(
+    axes: Axes,
+    arrays: Arrays,
+    definition: CloudDefinition,
+    view: View,
+    mass_attenuation: float,
+) -> Any:
+    """Draw the areal density [g/cm2] in greys, and return the image."""
+    pixel = 1e-3 * (view.z_high - view.z_low) / _FILM_PIXELS
+    window = (
+        (1e-3 * view.z_low, 1e-3 * view.z_high),
+        1e-3 * view.r_high,
+        pixel,
+        _WIDEN,
+    )
+    film = areal_density(arrays, *window)
+    dense = areal_density(_subject(arrays, definition), *window).areal_density
+    darkest = -math.log(_FEWEST_RAYS) / mass_attenuation
+    if dense.any():
+        darkest = min(darkest, float(np.quantile(dense[dense > 0.0], _DARKEST)))
+
+    def shade_of(sigma: Any) -> Any:
+        absorption = 1.0 - transmission(sigma / _KG_M2, mass_attenuation)
+        return np.maximum(absorption, 0.0) ** _SHADE
+
+    def sigma_of(shade: Any) -> Any:
+        absorption = np.clip(shade, 0.0, 1.0 - 1e-12) ** (1.0 / _SHADE)
+        return -_KG_M2 / mass_attenuation * np.log1p(-absorption)
+
+    norm = FuncNorm((shade_of, sigma_of), 0.0, _KG_M2 * darkest)
+    return axes.pcolormesh(
+        1e3 * film.z_edges,
+        1e3 * film.y_edges,
+        _KG_M2 * film.areal_density,
+        norm=norm,
+        cmap="gray_r",
+        rasterized=True,
+        zorder=0,
+    )
+
+
+def _subject(arrays: Arrays, definition: CloudDefinition) -> Arrays:
+    """Return the cloud; before there is one, what moves."""
+    subject = in_cloud(arrays["z"], arrays["u_z"], definition)
+    if not subject.any():
+        subject = np.hypot(arrays["u_r"], arrays["u_z"]) > definition.min_velocity
+    return {name: x[subject] for name, x in arrays.items()}
+
+
+def draw_spray(snapshot: Snapshot, case: Case, out_png: Path) -> None:
+    """Draw mass and momentum of all that moves against its direction.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    case : Case
+    out_png : Path
+        Its folder is made where it is missing.
+
+    Raises
+    ------
+    OSError
+        If the figure cannot be written.
+    """
+    limit = cloud_definition(case).min_velocity
+    spray = measure_spray(snapshot.arrays, limit)
+    lines = title_lines(case, snapshot.time, exposure_at(case, snapshot.time))
+    lines.append(
+        f"all that is faster than {limit / 1e3:.2f} km/s: "
+        f"{1e3 * spray.mass.sum():.3g} g, axial momentum "
+        f"{spray.momentum_z.sum():.3g} N s"
+    )
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, 6.2), dpi=DPI, layout="constrained")
+        panels = figure.subplots(3, 1, sharex=True)
+        panels[0].set_title("\n".join(lines), loc="left", parse_math=False)
+        names = [body.name for body in case.bodies]
+        _draw_bins(panels[0], spray, 1e6 * spray.mass, names, "mass [mg/°]")
+        _draw_bins(panels[1], spray, spray.momentum_z, names, "axial momentum [N s/°]")
+        _draw_bins(panels[2], spray, spray.momentum_r, names, "radial momentum [N s/°]")
+        panels[0].legend()
+        axes = panels[-1]
+        axes.set_xlim(0.0, 180.0)
+        axes.set_xticks(range(0, 181, 15))
+        axes.set_xlabel("angle between velocity and axis [°]: 0 along +z, 180 back")
+        _save(figure, out_png)
+
+
+def _draw_bins(
+    axes: Axes, spray: Spray, values: FloatArray, names: list[str], quantity: str
+) -> None:
+    """Draw each body's values per degree, stacked."""
+    per_degree = values / np.diff(spray.edges)
+    base = np.zeros(per_degree.shape[1])
+    for index, (name, row) in enumerate(zip(names, per_degree, strict=True)):
+        colour = BODY_COLOURS[index % len(BODY_COLOURS)]
+        label = f"{name} ({1e3 * spray.mass[index].sum():.3g} g)"
+        axes.stairs(
+            base + row,
+            spray.edges,
+            baseline=base,
+            fill=True,
+            color=colour,
+            label=label,
+        )
+        base = base + row
+    axes.axvline(90.0, color="0.6", linewidth=0.6)
+    axes.set_ylabel(quantity)
+
+
+def draw_fragments(snapshot: Snapshot, case: Case, out_png: Path) -> None:
+    """Draw the fragments' masses against velocity, and how many are heavier.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    case : Case
+    out_png : Path
+        Its folder is made where it is missing.
+
+    Raises
+    ------
+    OSError
+        If the figure cannot be written.
+    """
+    a, definition = snapshot.arrays, cloud_definition(case)
+    found = {factor: find_fragments(a, definition, factor) for factor in _FACTORS}
+    lines = title_lines(case, snapshot.time, exposure_at(case, snapshot.time))
+    lines.append(
+        "A fragment is a ring of touching particles; their number depends on the "
+        "resolution."
+    )
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, 3.9), dpi=DPI, layout="constrained")
+        left, right = figure.subplots(1, 2)
+        figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=10.0,
+                        parse_math=False)  # fmt: skip
+        _draw_masses(left, found[CONTACT], case)
+        for factor, style in _FACTORS.items():
+            _draw_numbers(right, found[factor], factor, style)
+        if len(found[CONTACT].mass):
+            left.set_yscale("log")
+            right.set(xscale="log", yscale="log")
+        else:
+            for axes in (left, right):
+                axes.set(xticks=[], yticks=[])
+                axes.text(0.5, 0.5, "no cloud", ha="center", transform=axes.transAxes)
+        right.legend(title="contact within … sizes", title_fontsize=8.0)
+        _save(figure, out_png)
+
+
+def _draw_masses(axes: Axes, found: Fragments, case: Case) -> None:
+    """Draw a dot for each fragment, of the colour of the body that most of it is."""
+    most = found.body_mass.argmax(axis=1) if len(found.mass) else np.empty(0, int)
+    for index, body in enumerate(case.bodies):
+        mine = most == index
+        axes.plot(
+            1e-3 * found.u_z[mine],
+            1e6 * found.mass[mine],
+            "o",
+            markersize=3.5,
+            alpha=0.7,
+            markeredgewidth=0.0,
+            color=BODY_COLOURS[index % len(BODY_COLOURS)],
+            label=f"mostly {body.name}",
+        )
+    axes.set_xlabel("axial velocity [km/s]")
+    axes.set_ylabel("mass of a fragment [mg]")
+    axes.legend()
+
+
+def _draw_numbers(
+    axes: Axes, found: Fragments, factor: float, style: dict[str, Any]
+) -> None:
+    """Draw the number of fragments at least as heavy as a mass."""
+    numbers = np.arange(1, len(found.mass) + 1)
+    label = f"{factor:g}: {len(found.mass)}"
+    axes.plot(1e6 * found.mass, numbers, drawstyle="steps-post", label=label, **style)
+    axes.set_xlabel("mass [mg]")
+    axes.set_ylabel("number of fragments at least as heavy")
+
+
+def _save(figure: Figure, out_png: Path) -> None:
+    out_png.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(out_png)
