@@ -234,7 +234,7 @@ _FIGURES = (
     HistoryFigure(
         "energy_error",
         "Energy error",
-        "Change of the total energy, which is that of the time integration alone.",
+        "Change of the total energy: the error of the time integration.",
         _draw_energy_error,
     ),
     HistoryFigure(

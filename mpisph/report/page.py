@@ -20,7 +20,7 @@ NONE = "–"
 """What a cell says that has nothing to say."""
 
 
-_SYMBOL = re.compile(r"\b([RL])_b\b")
+_SYMBOL = re.compile(r"\b([RLu])_([brz])\b")
 
 
 class Picture(NamedTuple):
@@ -141,8 +141,8 @@ def environment() -> jinja2.Environment:
 
 
 def symbols(text: str) -> Markup:
-    """Return a text as HTML, with the letters of R_b and L_b set lower."""
-    return Markup(_SYMBOL.sub(r"\1<sub>b</sub>", str(escape(text))))
+    """Return a text as HTML, with the indices of R_b, L_b, u_r and u_z set lower."""
+    return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
 def embed_png(path: Path, colours: int = COLOURS) -> Picture:

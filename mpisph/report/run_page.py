@@ -13,7 +13,7 @@ from mpisph.figures.frames import PANEL, Frame, common_view
 from mpisph.figures.history import RunHistory, draw_history, history_figures
 from mpisph.figures.style import BODY_COLOURS
 from mpisph.files import write_text
-from mpisph.report.analysis import ANALYSES
+from mpisph.report.analysis import ANALYSES, analysis_tables, has_debris
 from mpisph.report.page import Figure, Notice, Table, embed_png, render
 from mpisph.report.run_tables import (
     bodies_table,
@@ -59,6 +59,21 @@ class Colour(NamedTuple):
     value: str
 
 
+class Debris(NamedTuple):
+    """What is shown of the debris at one time.
+
+    Attributes
+    ----------
+    title : str
+    figures : list of Figure
+    tables : list of Table
+    """
+
+    title: str
+    figures: list[Figure]
+    tables: list[Table]
+
+
 class RunSection(NamedTuple):
     """What the template shows of a run.
 
@@ -85,8 +100,7 @@ class RunSection(NamedTuple):
     colours : list of Colour
         Of the bodies in them.
     history : list of Figure
-    analysis : list of list of Figure
-        Rows of figures of the debris, one row a snapshot.
+    analysis : list of Debris
     costs : list of Table
         Conservation and time; none of a run that has not ended.
     provenance : Table
@@ -110,7 +124,7 @@ class RunSection(NamedTuple):
     panels_text: str
     colours: list[Colour]
     history: list[Figure]
-    analysis: list[list[Figure]]
+    analysis: list[Debris]
     costs: list[Table]
     provenance: Table
     case_text: str
@@ -276,19 +290,22 @@ def _history(run: StoredRun, scratch: Path) -> list[Figure]:
     return figures
 
 
-def _analysis(case: Case, shown: list[_Shown], scratch: Path) -> list[list[Figure]]:
-    """Return the figures of the debris, a row for each snapshot they are made of."""
-    rows = []
-    for item in _analysed(shown) if ANALYSES else ():
+def _analysis(case: Case, shown: list[_Shown], scratch: Path) -> list[Debris]:
+    """Return the analyses of the snapshots shown that have a cloud."""
+    found = []
+    for item in _analysed(shown):
         snapshot = read_snapshot(item.path)
-        row = []
+        if not has_debris(snapshot.arrays, case):
+            continue
+        figures = []
         for analysis in ANALYSES:
             analysis.draw(snapshot, case, scratch / "analysis.png")
-            title = f"{analysis.title}, {us(item.time)}"
+            # A radiograph has a grey of its own for every density.
             picture = embed_png(scratch / "analysis.png", colours=256)
-            row.append(Figure(title, picture, analysis.caption))
-        rows.append(row)
-    return rows
+            figures.append(Figure(analysis.title, picture, analysis.caption))
+        title = f"{item.title}: {us(item.time)} after first contact"
+        found.append(Debris(title, figures, analysis_tables(snapshot, case)))
+    return found
 
 
 def _analysed(shown: list[_Shown]) -> list[_Shown]:

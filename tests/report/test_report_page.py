@@ -103,6 +103,7 @@ def test_all_text_is_escaped(html):
 
 def test_letters_of_the_cloud_are_set_lower_and_no_others():
     assert symbols("R_b and L_b") == "R<sub>b</sub> and L<sub>b</sub>"
+    assert symbols("u_z and u_r") == "u<sub>z</sub> and u<sub>r</sub>"
     assert symbols("R_body X_b MR_b") == "R_body X_b MR_b"
 
 
