@@ -133,6 +133,16 @@ def test_a_film_that_fails_leaves_what_was_there(folder, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [out]
 
 
+def test_a_film_takes_the_place_of_another_at_once(folder, tmp_path):
+    out, kept = tmp_path / "film.mp4", tmp_path / "kept.mp4"
+    out.write_text("the film before")
+    kept.hardlink_to(out)
+    animate(folder, out)
+    # Not written over: who is watching sees the old one to its end.
+    assert kept.read_text() == "the film before"
+    assert len(read(out)[1]) == SNAPSHOTS
+
+
 def test_the_command_writes_into_the_runs_folder(folder, tmp_path):
     copy = shutil.copytree(folder, tmp_path / "copy")
     done = launch(2, MPISPH, "animate", copy, "--fps", "10")

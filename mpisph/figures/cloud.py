@@ -165,7 +165,7 @@ def draw_cloud(
     OSError
         If the snapshot cannot be read or the figure cannot be written.
     """
-    snapshot = read_snapshot(snapshot_path)
+    snapshot = only_finite(read_snapshot(snapshot_path))
     a = snapshot.arrays
     definition = cloud_definition(case)
     if measure is None:
@@ -188,6 +188,26 @@ def draw_cloud(
         )
         out_png.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(out_png)
+
+
+def only_finite(snapshot: Snapshot) -> Snapshot:
+    """Leave out particles of which a number is not finite.
+
+    The last snapshot of an unstable run may have such; they lie nowhere.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+
+    Returns
+    -------
+    Snapshot
+        The same where all is finite.
+    """
+    sound = np.logical_and.reduce([np.isfinite(x) for x in snapshot.arrays.values()])
+    if sound.all():
+        return snapshot
+    return snapshot._replace(arrays={n: x[sound] for n, x in snapshot.arrays.items()})
 
 
 def choose_view(

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from mpisph.case import Case
 from mpisph.diagnostics import cloud_definition, measure_arrays
-from mpisph.figures.cloud import View, choose_view, smallest_dot
+from mpisph.figures.cloud import View, choose_view, only_finite, smallest_dot
 from mpisph.figures.style import BODY_COLOURS, REAR_FACE, STYLE, WIDTH
 from mpisph.snapshot import Snapshot, read_snapshot
 
@@ -77,7 +77,7 @@ def common_view(paths: Sequence[Path], case: Case) -> View:
     definition = cloud_definition(case)
     views = []
     for path in paths:
-        snapshot = read_snapshot(path)
+        snapshot = only_finite(read_snapshot(path))
         a = snapshot.arrays
         measure = measure_arrays(a["id"], a["r"], a["z"], a["u_z"], a["m"], definition)
         views.append(choose_view(snapshot, case, definition, measure, None))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from mpisph.case import Case
 from mpisph.case.sections import Exposure
-from mpisph.figures.cloud import draw_cloud
+from mpisph.figures.cloud import draw_cloud, only_finite
 from mpisph.figures.frames import PANEL, Frame, common_view
 from mpisph.figures.history import RunHistory, draw_history, history_figures
 from mpisph.figures.style import BODY_COLOURS
@@ -294,7 +294,7 @@ def _analysis(case: Case, shown: list[_Shown], scratch: Path) -> list[Debris]:
     """Return the analyses of the snapshots shown that have a cloud."""
     found = []
     for item in _analysed(shown):
-        snapshot = read_snapshot(item.path)
+        snapshot = only_finite(read_snapshot(item.path))
         if not has_debris(snapshot.arrays, case):
             continue
         figures = []

@@ -1,5 +1,6 @@
 """Frames: one view for all snapshots, one scale, every particle in its place."""
 
+import h5py
 import matplotlib.image
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from matplotlib.colors import to_rgb
 from mpi4py import MPI
 
 from mpisph.case import load_case
-from mpisph.figures.cloud import View
+from mpisph.figures.cloud import View, only_finite
 from mpisph.figures.frames import FILM, PANEL, Frame, common_view
 from mpisph.figures.style import BODY_COLOURS
 from mpisph.particles import Particles
@@ -56,6 +57,22 @@ def test_the_view_holds_all_snapshots(tmp_path, case):
     assert alone[0].z_high < 30.0
     assert view.z_low == min(one.z_low for one in alone) != max(alone).z_low
     assert view.r_high == max(one.r_high for one in alone)
+
+
+def test_particles_that_are_nowhere_do_not_either(tmp_path, case):
+    path = write(tmp_path, case, 0, 0.05)
+    whole = common_view([path], case)
+    with h5py.File(path, "r+") as file:
+        data = file["VTKHDF/PointData"]
+        data["z"][:4] = [np.nan, np.inf, -np.inf, 0.02]
+        data["u"][3, 0] = np.nan
+    view = common_view([path], case)
+    assert view == pytest.approx(whole, abs=0.5)
+    snapshot = read_snapshot(path)
+    assert len(only_finite(snapshot).arrays["z"]) == len(snapshot.arrays["z"]) - 4
+    frame = Frame(case, view, FILM)
+    frame.show(snapshot)
+    frame.save(tmp_path / "frame.png")
 
 
 def test_strays_do_not_set_it(tmp_path, case):

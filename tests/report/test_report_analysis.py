@@ -7,6 +7,7 @@ from launch import CASES
 from mpisph.case import load_case
 from mpisph.diagnostics import cloud_definition
 from mpisph.fragments import find_fragments
+from mpisph.hole import Hole
 from mpisph.report import analysis
 from mpisph.report.analysis import (
     ANALYSES,
@@ -86,8 +87,19 @@ def test_the_hole_beside_the_bands_of_the_fits(case, snapshot):
 def test_other_projectiles_have_no_fit(case, snapshot):
     shell = case.bodies[0].model_copy(update={"name": "other"})
     several = case.model_copy(update={"bodies": (*case.bodies, shell)})
-    names = [row[0] for row in hole_table(snapshot, several).rows]
-    assert names == ["computed, between the faces", "computed, through the lips"]
+    plate = case.bodies[1].model_copy(update={"name": "second", "position": 0.1})
+    double = case.model_copy(update={"bodies": (*case.bodies, plate)})
+    for other in (several, double):
+        names = [row[0] for row in hole_table(snapshot, other).rows]
+        assert names == ["computed, between the faces", "computed, through the lips"]
+
+
+def test_both_measures_of_the_hole(case, snapshot, monkeypatch):
+    hole = Hole(12.34e-3, 11.1e-3, 0.5e-3)
+    monkeypatch.setattr(analysis, "measure_hole", lambda *_: hole)
+    rows = hole_table(snapshot, case).rows
+    assert rows[0] == ("computed, between the faces", "12.3 ± 0.5")
+    assert rows[1] == ("computed, through the lips", "11.1 ± 0.5")
 
 
 def test_without_a_plate_or_a_cloud_there_are_no_tables(finished, case, snapshot):

@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 
+import h5py
 import numpy as np
 import pytest
 from launch import CASES, MPISPH, launch
@@ -201,6 +202,15 @@ def test_an_unstable_run_says_why(tmp_path):
     assert "No measured exposure was reached." in page.text
     assert len(page.pictures()) > 2
     assert "Particles" in page.headings
+
+
+def test_particles_that_are_nowhere_are_left_out(copy, tmp_path):
+    """As in the last snapshot of a run that broke down."""
+    for path in (copy / "snapshots").iterdir():
+        with h5py.File(path, "r+") as file:
+            file["VTKHDF/PointData/z"][:5] = np.nan
+            file["VTKHDF/PointData/rho"][5] = np.inf
+    assert len(page_of([copy], tmp_path / "report.html").pictures()) == 19
 
 
 def test_a_run_without_plate_sphere_and_measurements(tmp_path):
