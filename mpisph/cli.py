@@ -247,6 +247,52 @@ def figures_command(folder: Path) -> None:
         click.echo(path)
 
 
+@cli.command("report")
+@runs_argument
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="The page.  [default: report.html in the folder RUN, or in the current folder "
+    "where there are several]",
+)
+def report_command(folders: tuple[Path, ...], output: Path | None) -> None:
+    """Write one HTML page on the runs in folders: results, pictures, set-up.
+
+    It holds all of its pictures and needs no network.
+    """
+    from mpisph.report.run_page import REPORT_FILE, write_report
+
+    home = folders[0] if len(folders) == 1 else Path()
+    page = output or home / REPORT_FILE
+    click.echo(from_root(MPI.COMM_WORLD, lambda: write_report(folders, page)))
+
+
+@cli.command("animate")
+@click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="The film.  [default: film.mp4 in the folder RUN]",
+)
+@click.option(
+    "--fps",
+    type=click.FloatRange(min=0.1, max=120),
+    help="Frames a second.  [default: a film of some seconds]",
+)
+def animate_command(folder: Path, output: Path | None, fps: float | None) -> None:
+    """Make a film (MP4) of the run folder RUN, a frame for each snapshot.
+
+    More frames need more snapshots: `mpisph run CASE --set output.every=0.1us`. The
+    program ffmpeg comes with `pip install "mpisph[animate]"`.
+    """
+    from mpisph.animate import FILM_FILE, animate
+
+    film = output or folder / FILM_FILE
+    click.echo(from_root(MPI.COMM_WORLD, lambda: animate(folder, film, fps)))
+
+
 @cli.command("clock")
 @runs_argument
 @click.option(

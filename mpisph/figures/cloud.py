@@ -165,7 +165,7 @@ def draw_cloud(
     OSError
         If the snapshot cannot be read or the figure cannot be written.
     """
-    snapshot = read_snapshot(snapshot_path)
+    snapshot = only_finite(read_snapshot(snapshot_path))
     a = snapshot.arrays
     definition = cloud_definition(case)
     if measure is None:
@@ -188,6 +188,26 @@ def draw_cloud(
         )
         out_png.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(out_png)
+
+
+def only_finite(snapshot: Snapshot) -> Snapshot:
+    """Leave out particles of which a number is not finite.
+
+    The last snapshot of an unstable run may have such; they lie nowhere.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+
+    Returns
+    -------
+    Snapshot
+        The same where all is finite.
+    """
+    sound = np.logical_and.reduce([np.isfinite(x) for x in snapshot.arrays.values()])
+    if sound.all():
+        return snapshot
+    return snapshot._replace(arrays={n: x[sound] for n, x in snapshot.arrays.items()})
 
 
 def choose_view(
@@ -311,7 +331,7 @@ def draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> No
     points_per_mm = axes.bbox.width * 72.0 / DPI / (view.z_high - view.z_low)
     # Each dot stands for `every` particles and covers their area.
     size = case.spacing * 1e3 * every**0.5 * points_per_mm
-    size = max(size, _smallest_dot(len(z)))
+    size = max(size, smallest_dot(len(z)))
     for index, body in enumerate(case.bodies):
         mine = drawn & (a["body"] == index)
         colour = BODY_COLOURS[index % len(BODY_COLOURS)]
@@ -331,8 +351,19 @@ def draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> No
         axes.plot([], [], "o", markersize=6.0, color=colour, label=label)
 
 
-def _smallest_dot(n: int) -> float:
-    """Return a diameter [pt] at which few dots do not fade and many do not merge."""
+def smallest_dot(n: int) -> float:
+    """Return a diameter at which few dots do not fade and many do not merge.
+
+    Parameters
+    ----------
+    n : int
+        Number of particles.
+
+    Returns
+    -------
+    float
+        [pt], in a figure as wide as `WIDTH`.
+    """
     return min(max(120.0 / math.sqrt(max(n, 1)), 0.5), 1.8)
 
 

@@ -1,0 +1,259 @@
+"""Figures of a run's history: the cloud's growth, conservation, the time step."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import matplotlib as mpl
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mpisph.case import Case
+from mpisph.diagnostics import cloud_definition
+from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE
+from mpisph.result import CloudRecord
+
+SIZE = (5.0, 3.1)
+"""Width and height of a figure [in]; small, so that its letters stay readable."""
+
+_LINE: dict[str, Any] = {"color": COMPUTED["color"], "linewidth": 1.3}
+_ROBUST: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "x",
+    "markersize": 4.0,
+    "color": BODY_COLOURS[0],
+}
+_NOMINAL: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 6.0,
+    "color": "black",
+    "markerfacecolor": "none",
+    "zorder": 4,
+}
+_OFFSET: dict[str, Any] = {**_NOMINAL, "markerfacecolor": "black"}
+
+
+class RunHistory(NamedTuple):
+    """What the figures are drawn from.
+
+    Attributes
+    ----------
+    rows : structured ndarray, shape (lines,)
+        From `history.read_history`.
+    case : Case
+    clouds : tuple of CloudRecord
+        The cloud at output times, for its robust figures; may be empty.
+    """
+
+    rows: npt.NDArray[Any]
+    case: Case
+    clouds: tuple[CloudRecord, ...] = ()
+
+
+class HistoryFigure(NamedTuple):
+    """One figure of a history.
+
+    Attributes
+    ----------
+    name : str
+        For the name of a file.
+    title : str
+        What it shows.
+    caption : str
+        What its lines and marks are.
+    draw : callable
+        Draws a `RunHistory` into axes whose abscissa is the time [us].
+    """
+
+    name: str
+    title: str
+    caption: str
+    draw: Callable[[Axes, RunHistory], None]
+
+
+def history_figures(run: RunHistory) -> list[HistoryFigure]:
+    """Return the figures that have something to show.
+
+    Parameters
+    ----------
+    run : RunHistory
+
+    Returns
+    -------
+    list of HistoryFigure
+        None without lines of history, none of the cloud where there is no cloud, and
+        the imbalance only of several ranks.
+    """
+    rows = run.rows
+    if len(rows) < 2:
+        return []
+    cloud = bool(rows["cloud_mass"].any())
+    shown = {
+        "radius": cloud,
+        "length": cloud,
+        "cloud_mass": cloud,
+        "imbalance": bool(rows["imbalance"].any()),
+    }
+    return [figure for figure in _FIGURES if shown.get(figure.name, True)]
+
+
+def draw_history(figure: HistoryFigure, run: RunHistory, out_png: Path) -> None:
+    """Draw one figure of a history.
+
+    Parameters
+    ----------
+    figure : HistoryFigure
+    run : RunHistory
+    out_png : Path
+        Its folder is made where it is missing.
+
+    Raises
+    ------
+    OSError
+        If the figure cannot be written.
+    """
+    with mpl.rc_context(STYLE):
+        drawing = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
+        axes = drawing.add_subplot()
+        figure.draw(axes, run)
+        axes.set_xlabel("time after first contact [µs]")
+        axes.margins(x=0.02)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend()
+        out_png.parent.mkdir(parents=True, exist_ok=True)
+        drawing.savefig(out_png)
+
+
+def _draw_radius(axes: Axes, run: RunHistory) -> None:
+    _draw_size(axes, run, "radius", "$R_b$ [mm]")
+
+
+def _draw_length(axes: Axes, run: RunHistory) -> None:
+    _draw_size(axes, run, "length", "$L_b$ [mm]")
+
+
+def _draw_size(axes: Axes, run: RunHistory, name: str, label: str) -> None:
+    """Draw R_b or L_b: outermost at every step, robust, and as measured."""
+    rows = run.rows
+    computed = 1e3 * rows[f"cloud_{name}"]
+    axes.plot(1e6 * rows["time"], computed, label="computed, outermost", **_LINE)
+    if run.clouds:
+        share = 100.0 * cloud_definition(run.case).quantile
+        axes.plot(
+            [1e6 * cloud.time for cloud in run.clouds],
+            [1e3 * getattr(cloud, f"{name}_robust") for cloud in run.clouds],
+            label=f"computed, {share:g} % of the mass",
+            **_ROBUST,
+        )
+    offset = run.case.measured.clock_offset if run.case.measured else 0.0
+    measured = _measured(run.case, name)
+    for shift, style, when in (
+        (0.0, _NOMINAL, "nominal time"),
+        (offset, _OFFSET, f"{1e6 * offset:+.2f} µs clock offset"),
+    ):
+        if measured and (style is _NOMINAL or offset):
+            times = [1e6 * (time + shift) for time, _ in measured]
+            sizes = [1e3 * size for _, size in measured]
+            axes.plot(times, sizes, label=f"measured, {when}", **style)
+    axes.set_ylabel(label)
+    axes.set_ylim(bottom=0.0)
+
+
+def _measured(case: Case, name: str) -> list[tuple[float, float]]:
+    """Return times and sizes of what was measured before the end of the run [SI]."""
+    exposures = case.measured.exposures if case.measured else ()
+    sizes = [(e.time, getattr(e, name)) for e in exposures if e.time <= case.end_time]
+    return [(time, size) for time, size in sizes if size is not None]
+
+
+def _draw_cloud_mass(axes: Axes, run: RunHistory) -> None:
+    axes.plot(1e6 * run.rows["time"], 1e3 * run.rows["cloud_mass"], **_LINE)
+    axes.set_ylabel("mass of the cloud [g]")
+    axes.set_ylim(bottom=0.0)
+
+
+def _draw_energies(axes: Axes, run: RunHistory) -> None:
+    rows = run.rows
+    kinetic, internal = 1e-3 * rows["kinetic_energy"], 1e-3 * rows["internal_energy"]
+    lines = (("total", kinetic + internal, "black"), ("kinetic", kinetic, None))
+    for index, (label, energy, colour) in enumerate(
+        (*lines, ("internal", internal, None))
+    ):
+        axes.plot(
+            1e6 * rows["time"],
+            energy,
+            label=label,
+            color=colour or BODY_COLOURS[index - 1],
+            linewidth=1.3,
+        )
+    axes.set_ylabel("energy [kJ]")
+
+
+def _draw_energy_error(axes: Axes, run: RunHistory) -> None:
+    axes.plot(1e6 * run.rows["time"], run.rows["energy_error"], **_LINE)
+    axes.axhline(0.0, color="0.6", linewidth=0.6)
+    axes.ticklabel_format(axis="y", scilimits=(-2, 3), useMathText=True)
+    axes.set_ylabel("energy error / initial energy")
+
+
+def _draw_step(axes: Axes, run: RunHistory) -> None:
+    rows = run.rows[run.rows["dt"] > 0.0]
+    axes.plot(1e6 * rows["time"], 1e9 * rows["dt"], **{**_LINE, "linewidth": 0.8})
+    axes.set_ylabel("length of the step [ns]")
+    axes.set_ylim(bottom=0.0)
+
+
+def _draw_imbalance(axes: Axes, run: RunHistory) -> None:
+    rows = run.rows
+    axes.plot(
+        1e6 * rows["time"], 100.0 * rows["imbalance"], **{**_LINE, "linewidth": 0.8}
+    )
+    limit = 100.0 * run.case.parallel.imbalance_threshold
+    axes.axhline(limit, color="0.4", linewidth=0.8, linestyle="--", label="threshold")
+    axes.set_ylabel("largest load over mean, less 1 [%]")
+    axes.set_ylim(bottom=0.0)
+
+
+_SIZE_CAPTION = (
+    "Line: outermost particle, at every step. Crosses: within which the given share of "
+    "the cloud's mass lies. Circles: measured, drawn at the nominal exposure time "
+    "(open) and with the clock offset added (filled)."
+)
+
+_FIGURES = (
+    HistoryFigure("radius", "Radius of the cloud, R_b", _SIZE_CAPTION, _draw_radius),
+    HistoryFigure("length", "Length of the cloud, L_b", _SIZE_CAPTION, _draw_length),
+    HistoryFigure(
+        "energies",
+        "Energies",
+        "The impact turns kinetic energy into internal; their sum is conserved.",
+        _draw_energies,
+    ),
+    HistoryFigure(
+        "energy_error",
+        "Energy error",
+        "Change of the total energy: the error of the time integration.",
+        _draw_energy_error,
+    ),
+    HistoryFigure(
+        "step",
+        "Length of the time step",
+        "Steps that end at an output time are shortened to meet it.",
+        _draw_step,
+    ),
+    HistoryFigure(
+        "cloud_mass",
+        "Mass of the cloud",
+        "What lies behind the plate's original rear face and moves along the axis "
+        "faster than the given fraction of the impact velocity.",
+        _draw_cloud_mass,
+    ),
+    HistoryFigure(
+        "imbalance",
+        "Imbalance of the ranks",
+        "The work is cut anew where the imbalance passes the threshold.",
+        _draw_imbalance,
+    ),
+)

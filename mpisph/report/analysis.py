@@ -1,0 +1,203 @@
+"""The analyses of the debris that a run's page shows, of one snapshot at a time."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy.typing as npt
+
+from mpisph.case import Case, Plate, Sphere
+from mpisph.diagnostics import (
+    cloud_definition,
+    impact_velocity,
+    in_cloud,
+    target_plate,
+)
+from mpisph.figures.debris import draw_fragments, draw_radiograph, draw_spray
+from mpisph.fragments import find_fragments
+from mpisph.hole import maiden_diameter, measure_hole, nysmith_diameter
+from mpisph.report.page import NONE, Table
+from mpisph.snapshot import Snapshot
+
+HEAVIEST = 10
+"""Fragments listed."""
+
+SCATTER = 0.1
+"""Of experiments about the fits to holes."""
+
+Arrays = dict[str, npt.NDArray[Any]]
+
+
+class AnalysisFigure(NamedTuple):
+    """A figure made of one snapshot.
+
+    Attributes
+    ----------
+    title : str
+        What it shows.
+    caption : str
+        How to read it.
+    draw : callable
+        Draws a snapshot of a case into a PNG file.
+    """
+
+    title: str
+    caption: str
+    draw: Callable[[Snapshot, Case, Path], None]
+
+
+ANALYSES: tuple[AnalysisFigure, ...] = (
+    AnalysisFigure(
+        "Radiograph",
+        "What X-rays across the axis would show, in one scale with the particles. A "
+        "particle is a ring: where debris has spread, stripes are the resolution's.",
+        draw_radiograph,
+    ),
+    AnalysisFigure(
+        "Spray",
+        "All that moves, by the angle of its velocity with the axis: mass, axial and "
+        "radial momentum per degree. Below 90 degrees lies the cloud, above it the "
+        "ejecta.",
+        draw_spray,
+    ),
+    AnalysisFigure(
+        "Fragments",
+        "Masses against axial velocity, and how many are at least as heavy. A fragment "
+        "is a whole ring of touching particles, and nothing in the scheme breaks: "
+        "their number is one of the resolution and of the distance that counts as "
+        "touching.",
+        draw_fragments,
+    ),
+)
+"""The figures, in the order in which they are shown."""
+
+
+def has_debris(arrays: Arrays, case: Case) -> bool:
+    """Say whether something has gone through a plate and left a cloud behind it.
+
+    Where a plate hits a plate, what lies behind the rear face is no debris.
+
+    Parameters
+    ----------
+    arrays : dict of str to ndarray
+        As in `Snapshot.arrays`.
+    case : Case
+    """
+    if all(isinstance(body, Plate) for body in case.bodies):
+        return False
+    return bool(in_cloud(arrays["z"], arrays["u_z"], cloud_definition(case)).any())
+
+
+def analysis_tables(snapshot: Snapshot, case: Case) -> list[Table]:
+    """Return what the analyses say in numbers.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    case : Case
+
+    Returns
+    -------
+    list of Table
+        The heaviest fragments, and the hole where there is a plate at rest.
+    """
+    tables = [fragments_table(snapshot, case), hole_table(snapshot, case)]
+    return [table for table in tables if table.rows]
+
+
+def fragments_table(snapshot: Snapshot, case: Case) -> Table:
+    """Return the heaviest fragments of the cloud.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    case : Case
+
+    Returns
+    -------
+    Table
+        Without rows where there is no cloud.
+    """
+    found = find_fragments(snapshot.arrays, cloud_definition(case))
+    names = [case.bodies[k].name for k in found.body_mass.argmax(axis=1)[:HEAVIEST]]
+    whole = found.mass.sum()
+    rows: list[tuple[str, ...]] = [
+        (
+            name,
+            _mg(found.mass[index]),
+            f"{100 * found.mass[index] / whole:.1f}",
+            str(found.particles[index]),
+            f"{1e-3 * found.u_z[index]:.2f}",
+            f"{1e-3 * found.u_r[index]:.2f}",
+            f"{1e3 * found.z[index]:.1f}",
+            f"{1e3 * found.r[index]:.1f}",
+        )
+        for index, name in enumerate(names)
+    ]
+    heads = (
+        "mostly", "mass [mg]", "share [%]", "particles", "u_z [km/s]", "u_r [km/s]",
+        "z [mm]", "r [mm]",
+    )  # fmt: skip
+    title = f"The heaviest fragments, of {len(found.mass)}"
+    caption = "Share: of the cloud's mass. Places and velocities are means by mass."
+    return Table(title, heads, list(rows), caption, numbers=True)
+
+
+def _mg(mass: float) -> str:
+    """Return a mass [kg] in mg, with three digits or more."""
+    return f"{1e6 * mass:.3g}" if mass < 1e-3 else f"{1e6 * mass:.0f}"
+
+
+def hole_table(snapshot: Snapshot, case: Case) -> Table:
+    """Return the hole's diameter, and what fits to experiments give.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    case : Case
+
+    Returns
+    -------
+    Table
+        Without rows where no plate stands. The fits stand there where a sphere hits
+        it.
+    """
+    hole = measure_hole(snapshot.arrays, case)
+    plate = target_plate(case)
+    title, heads = "Hole in the plate", ("", "diameter [mm]")
+    if plate is None or math.isnan(hole.diameter):
+        return Table(title, heads, [])
+    grain = f"± {1e3 * hole.uncertainty:.1f}"
+    rows: list[tuple[str, ...]] = [
+        ("computed, between the faces", f"{1e3 * hole.diameter:.1f} {grain}"),
+        ("computed, through the lips", f"{1e3 * hole.opening:.1f} {grain}"),
+        *_fits(case, plate),
+    ]
+    caption = (
+        "Computed: with one initial particle spacing, the grain of the measure; the "
+        "hole may still grow. Fits to experiments with aluminium spheres and plates: "
+        f"a band of {100 * SCATTER:g} % to either side, about which they scatter, and "
+        "no target."
+    )
+    return Table(title, heads, list(rows), caption, numbers=True)
+
+
+def _fits(case: Case, plate: Plate) -> list[tuple[str, str]]:
+    """Return the bands of the fits, for a sphere that hits the plate."""
+    spheres = [body for body in case.bodies if isinstance(body, Sphere)]
+    if len(spheres) != 1 or len(case.bodies) != 2:
+        return []
+    diameter, velocity = 2.0 * spheres[0].radius, impact_velocity(case)
+    sound = case.body_material(plate).c0
+    fits = {
+        "Maiden": maiden_diameter(diameter, plate.thickness, velocity, sound),
+        "Nysmith": nysmith_diameter(diameter, plate.thickness, velocity),
+    }
+    return [
+        (
+            f"{name}’s fit",
+            f"{1e3 * (1 - SCATTER) * size:.1f} {NONE} {1e3 * (1 + SCATTER) * size:.1f}",
+        )
+        for name, size in fits.items()
+    ]

@@ -1,0 +1,177 @@
+"""What every page shares: templates, tables, pictures that lie within the page.
+
+A page is one file. It fetches nothing, neither scripts nor letters nor pictures.
+"""
+
+import base64
+import io
+import re
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jinja2
+from markupsafe import Markup, escape
+from PIL import Image
+
+COLOURS = 64
+"""Of a picture on a page: enough for dots and lines, a third of the bytes."""
+
+NONE = "–"
+"""What a cell says that has nothing to say."""
+
+
+_SYMBOL = re.compile(r"\b([RLu])_([brz])\b")
+
+
+class Picture(NamedTuple):
+    """A picture that lies within the page.
+
+    Attributes
+    ----------
+    source : str
+        Data URL of the PNG file.
+    width, height : int
+        [pixels].
+    """
+
+    source: str
+    width: int
+    height: int
+
+
+class Figure(NamedTuple):
+    """A picture with what people need to read it.
+
+    Attributes
+    ----------
+    title : str
+        What it shows; also said in place of the picture where that cannot be seen.
+    picture : Picture
+    caption : str, optional
+        What its lines, dots and colours are.
+    """
+
+    title: str
+    picture: Picture
+    caption: str = ""
+
+
+class Link(NamedTuple):
+    """A cell that leads to a place of the page.
+
+    Attributes
+    ----------
+    text : str
+    target : str
+        Id of the place.
+    """
+
+    text: str
+    target: str
+
+
+class Table(NamedTuple):
+    """A table.
+
+    Attributes
+    ----------
+    title : str
+        Empty where the heading above says it.
+    columns : tuple of str
+        Their heads; all empty for a list of names and values.
+    rows : list of tuple of str or Link
+        As many cells as there are columns; the first names the row.
+    caption : str, optional
+        What must be known to read it.
+    numbers : bool, optional
+        Whether all columns but the first hold numbers, which stand at the right.
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    rows: list[tuple[str | Link, ...]]
+    caption: str = ""
+    numbers: bool = False
+
+
+class Notice(NamedTuple):
+    """Something that a reader must not miss.
+
+    Attributes
+    ----------
+    kind : str
+        ``bad``, ``warn`` or ``info``.
+    text : str
+    """
+
+    kind: str
+    text: str
+
+
+def render(template: str, **context: Any) -> str:
+    """Return a page.
+
+    Parameters
+    ----------
+    template : str
+        Name of a file in the package's ``templates``.
+    **context
+        What the template asks for; all text is escaped.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
+    return environment().get_template(template).render(context)
+
+
+def environment() -> jinja2.Environment:
+    """Return the templates of this package; a name that is missing is an error."""
+    made = jinja2.Environment(
+        loader=jinja2.PackageLoader("mpisph.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.tests["link"] = lambda cell: isinstance(cell, Link)
+    made.filters["symbols"] = symbols
+    return made
+
+
+def symbols(text: str) -> Markup:
+    """Return a text as HTML, with the indices of R_b, L_b, u_r and u_z set lower."""
+    return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(text))))
+
+
+def embed_png(path: Path, colours: int = COLOURS) -> Picture:
+    """Return a PNG file as a picture of a page, with fewer colours.
+
+    Parameters
+    ----------
+    path : Path
+    colours : int, optional
+        At most 256.
+
+    Returns
+    -------
+    Picture
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read or is no picture.
+    """
+    with Image.open(path) as opened:
+        opaque = Image.alpha_composite(
+            Image.new("RGBA", opened.size, "white"), opened.convert("RGBA")
+        )
+    # Without dithering: its grain would cost more bytes than the colours save.
+    reduced = opaque.convert("RGB").quantize(
+        colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
+    )
+    file = io.BytesIO()
+    reduced.save(file, "PNG", optimize=True)
+    encoded = base64.b64encode(file.getvalue()).decode("ascii")
+    return Picture(f"data:image/png;base64,{encoded}", *reduced.size)

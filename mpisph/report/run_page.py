@@ -1,0 +1,381 @@
+"""The page of one or several runs."""
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from mpisph.case import Case
+from mpisph.case.sections import Exposure
+from mpisph.figures.cloud import draw_cloud, only_finite
+from mpisph.figures.frames import PANEL, Frame, common_view
+from mpisph.figures.history import RunHistory, draw_history, history_figures
+from mpisph.figures.style import BODY_COLOURS
+from mpisph.files import write_text
+from mpisph.report.analysis import ANALYSES, analysis_tables, has_debris
+from mpisph.report.page import Figure, Notice, Table, embed_png, render
+from mpisph.report.run_tables import (
+    bodies_table,
+    cloud_table,
+    comparison_table,
+    conservation_table,
+    count,
+    materials_table,
+    provenance_table,
+    runs_table,
+    setup_table,
+    timing_table,
+    us,
+)
+from mpisph.report.stored import StoredRun, read_run
+from mpisph.snapshot import read_snapshot
+
+REPORT_FILE = "report.html"
+
+MOST_PANELS = 24
+"""Small pictures of a run; of more snapshots some are chosen at even distances."""
+
+_SAME_TIME = 1e-6
+# Relative; output times that agree to rounding have been merged into one.
+
+_EXPOSED = "Cloud, plate and ejecta at the exposures"
+
+_BADGES = {"completed": "good", "unstable": "bad", "failed": "bad", "killed": "bad"}
+
+
+class Colour(NamedTuple):
+    """What a colour of the small pictures stands for.
+
+    Attributes
+    ----------
+    name : str
+        Of a body.
+    value : str
+        As CSS writes it.
+    """
+
+    name: str
+    value: str
+
+
+class Debris(NamedTuple):
+    """What is shown of the debris at one time.
+
+    Attributes
+    ----------
+    title : str
+    figures : list of Figure
+    tables : list of Table
+    """
+
+    title: str
+    figures: list[Figure]
+    tables: list[Table]
+
+
+class RunSection(NamedTuple):
+    """What the template shows of a run.
+
+    Attributes
+    ----------
+    place : str
+        Id on the page.
+    name, title, state, badge, verdict : str
+        Folder, title of the case, how the run stands, and that as a kind and in words.
+    notices : list of Notice
+        What a reader must not miss.
+    bodies : Table
+    setup : list of Table
+        Materials, resolution and scheme.
+    cloud : Table or None
+        R_b and L_b; None without measurements.
+    pictures_title : str
+    pictures : list of list of Figure
+        Rows of large pictures: an exposure at its nominal time and with the offset.
+    panels : list of Figure
+        Small pictures of other snapshots.
+    panels_text : str
+        What their axes are, and how many are left out.
+    colours : list of Colour
+        Of the bodies in them.
+    history : list of Figure
+    analysis : list of Debris
+    costs : list of Table
+        Conservation and time; none of a run that has not ended.
+    provenance : Table
+    case_text : str
+        The case file.
+    """
+
+    place: str
+    name: str
+    title: str
+    state: str
+    badge: str
+    verdict: str
+    notices: list[Notice]
+    bodies: Table
+    setup: list[Table]
+    cloud: Table | None
+    pictures_title: str
+    pictures: list[list[Figure]]
+    panels: list[Figure]
+    panels_text: str
+    colours: list[Colour]
+    history: list[Figure]
+    analysis: list[Debris]
+    costs: list[Table]
+    provenance: Table
+    case_text: str
+
+
+class _Shown(NamedTuple):
+    """A snapshot that is shown large."""
+
+    path: Path
+    time: float
+    exposure: Exposure | None
+    title: str
+
+
+def write_report(folders: Sequence[Path], out: Path) -> Path:
+    """Write one HTML page of one or several runs.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Folders of runs, in any state.
+    out : Path
+        The page; its folder is made where missing.
+
+    Returns
+    -------
+    Path
+        `out`.
+
+    Raises
+    ------
+    MpisphError
+        If a folder holds no run, or one whose files cannot be understood.
+    OSError
+        If a file cannot be read or written.
+    """
+    names = _names(folders)
+    runs = [read_run(f, name) for f, name in zip(folders, names, strict=True)]
+    placed = [(run, f"run-{index}") for index, run in enumerate(runs, 1)]
+    tables = [runs_table(placed), comparison_table(placed)] if len(runs) > 1 else []
+    with TemporaryDirectory(prefix="mpisph-report-") as scratch:
+        sections = [_section(run, place, Path(scratch)) for run, place in placed]
+    title = runs[0].case.title if len(runs) == 1 else f"{len(runs)} runs of mpisph"
+    html = render(
+        "runs.html",
+        title=title,
+        tables=[table for table in tables if table is not None],
+        sections=sections,
+    )
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_text(out, html)
+    return out
+
+
+def _names(folders: Sequence[Path]) -> list[str]:
+    """Return the folders' names, with those above them where names are the same."""
+    whole = [folder.resolve() for folder in folders]
+    names = [path.name for path in whole]
+    if len(set(names)) < len(set(whole)):
+        names = ["/".join(path.parts[-2:]) for path in whole]
+    return names
+
+
+def _section(run: StoredRun, place: str, scratch: Path) -> RunSection:
+    """Return what the page shows of a run; pictures pass through `scratch`."""
+    shown = _large(run)
+    panels, panels_text = _panels(run, {item.path for item in shown}, scratch)
+    ended = run.result is not None
+    exposed = any(item.exposure is not None for item in shown)
+    return RunSection(
+        place=place,
+        name=run.name,
+        title=run.case.title,
+        state=run.state,
+        badge=_BADGES.get(run.state, "warn"),
+        verdict=_verdict(run),
+        notices=_notices(run),
+        bodies=bodies_table(run.case),
+        setup=[setup_table(run), materials_table(run.case)],
+        cloud=cloud_table(run) if run.comparisons else None,
+        pictures_title=_EXPOSED if exposed else "Particles",
+        pictures=_pictures(run.case, shown, scratch),
+        panels=panels,
+        panels_text=panels_text,
+        colours=[
+            Colour(body.name, BODY_COLOURS[index % len(BODY_COLOURS)])
+            for index, body in enumerate(run.case.bodies)
+        ],
+        history=_history(run, scratch),
+        analysis=_analysis(run.case, shown, scratch),
+        costs=[conservation_table(run), timing_table(run)] if ended else [],
+        provenance=provenance_table(run),
+        case_text=run.case_text,
+    )
+
+
+def _large(run: StoredRun) -> list[_Shown]:
+    """Return the snapshots at the measured exposures, or else the last."""
+    measured = run.case.measured
+    shown = []
+    if measured is not None:
+        offset = measured.clock_offset
+        clocks = [(0.0, "nominal time"), (offset, f"clock offset {us(offset)}")]
+        for exposure in measured.exposures:
+            for shift, words in clocks if offset else clocks[:1]:
+                title = f"Exposure at {1e6 * exposure.time:g} µs, {words}"
+                shown += [
+                    _Shown(path, time, exposure, title)
+                    for path, time in run.snapshots
+                    if math.isclose(time, exposure.time + shift, rel_tol=_SAME_TIME)
+                ]
+    if not shown:
+        shown = [
+            _Shown(p, t, None, f"Last snapshot, {us(t)}") for p, t in run.snapshots[-1:]
+        ]
+    return shown
+
+
+def _pictures(case: Case, shown: list[_Shown], scratch: Path) -> list[list[Figure]]:
+    """Return large pictures, those of an exposure in one row."""
+    rows: list[list[Figure]] = []
+    for index, item in enumerate(shown):
+        out = scratch / "cloud.png"
+        draw_cloud(item.path, case, out, exposure=item.exposure)
+        figure = Figure(item.title, embed_png(out))
+        if index and shown[index - 1].exposure is item.exposure:
+            rows[-1].append(figure)
+        else:
+            rows.append([figure])
+    return rows
+
+
+def _panels(
+    run: StoredRun, large: set[Path], scratch: Path
+) -> tuple[list[Figure], str]:
+    """Return small pictures of the other snapshots, and how to read them."""
+    others = [(path, time) for path, time in run.snapshots if path not in large]
+    every = math.ceil(len(others) / MOST_PANELS)
+    chosen = others[:: max(every, 1)]
+    if not chosen:
+        return [], ""
+    frame = Frame(run.case, common_view([path for path, _ in chosen], run.case), PANEL)
+    figures = []
+    for path, time in chosen:
+        frame.show(read_snapshot(path))
+        frame.save(scratch / "panel.png")
+        figures.append(Figure(us(time), embed_png(scratch / "panel.png", colours=32)))
+    left_out = f"; {len(chosen)} of {len(others)} are shown" if every > 1 else ""
+    text = (
+        "All in one scale, axial position to the right and radius upwards, in mm"
+        f"{left_out}. Grey line: the plate's original rear face."
+    )
+    return figures, text
+
+
+def _history(run: StoredRun, scratch: Path) -> list[Figure]:
+    data = RunHistory(run.history, run.case, run.clouds)
+    figures = []
+    for item in history_figures(data):
+        draw_history(item, data, scratch / "history.png")
+        picture = embed_png(scratch / "history.png")
+        figures.append(Figure(item.title, picture, item.caption))
+    return figures
+
+
+def _analysis(case: Case, shown: list[_Shown], scratch: Path) -> list[Debris]:
+    """Return the analyses of the snapshots shown that have a cloud."""
+    found = []
+    for item in _analysed(shown):
+        snapshot = only_finite(read_snapshot(item.path))
+        if not has_debris(snapshot.arrays, case):
+            continue
+        figures = []
+        for analysis in ANALYSES:
+            analysis.draw(snapshot, case, scratch / "analysis.png")
+            # A radiograph has a grey of its own for every density.
+            picture = embed_png(scratch / "analysis.png", colours=256)
+            figures.append(Figure(analysis.title, picture, analysis.caption))
+        title = f"{item.title}: {us(item.time)} after first contact"
+        found.append(Debris(title, figures, analysis_tables(snapshot, case)))
+    return found
+
+
+def _analysed(shown: list[_Shown]) -> list[_Shown]:
+    """Return one snapshot for each exposure: that with the offset, where there is."""
+    last = {id(item.exposure): item for item in shown}
+    return list(last.values())
+
+
+def _verdict(run: StoredRun) -> str:
+    """Return in a line how far the run came, and how near the experiment."""
+    result, resolution = run.result, run.case.resolution
+    npr = "" if resolution.npr is None else f"NPR {resolution.npr}, "
+    size = f"{npr}NPH {resolution.nph:g}"
+    if run.particles is not None:
+        size = f"{count(run.particles)} particles ({size})"
+    if result is None:
+        step, end = count(run.status.step), us(run.case.end_time)
+        reached = f"step {step}, {us(run.status.time)} of {end}."
+    else:
+        ranks = "1 rank" if result.timing.ranks == 1 else f"{result.timing.ranks} ranks"
+        wall = f"{result.timing.wall:.1f} s on {ranks}"
+        reached = f"{count(result.step)} steps to {us(result.time)} in {wall}."
+    return " ".join([f"{size}, {reached}", *_nearness(run)])
+
+
+def _nearness(run: StoredRun) -> Iterator[str]:
+    """Say how large the errors are, if anything was measured."""
+    worst: dict[str, float] = {}
+    for c in run.comparisons:
+        for error in (c.radius_error_percent, c.length_error_percent):
+            if error is not None and c.figure == "outermost":
+                worst[c.clock] = max(worst.get(c.clock, 0.0), abs(error))
+    if worst:
+        words = {"nominal": "at the nominal times", "offset": "with the clock offset"}
+        parts = [f"{worst[c]:.1f} % {words[c]}" for c in words if c in worst]
+        yield f"Largest error of R_b and L_b (outermost): {', '.join(parts)}."
+    elif run.comparisons:
+        yield "No measured exposure was reached."
+
+
+def _notices(run: StoredRun) -> list[Notice]:
+    """Return what a reader must not miss."""
+    found = [Notice("warn", f"The run warned: {text}") for text in run.warnings]
+    if not run.snapshots:
+        found.append(Notice("warn", "There are no snapshots, and so no pictures."))
+    if len(run.history) < 2:
+        found.append(Notice("warn", "The history has no lines to draw."))
+    if not run.comparisons:
+        text = "The case names no measurements to compare with."
+        found.append(Notice("info", text))
+    return [*_trouble(run), *found]
+
+
+def _trouble(run: StoredRun) -> Iterator[Notice]:
+    """Say why a run has not ended as it should."""
+    result, reason = run.result, run.status.reason
+    because = f" ({reason})" if reason else ""
+    match run.state:
+        case "unstable" if result is not None:
+            who = "" if result.particle is None else f", particle {result.particle}"
+            yield Notice(
+                "bad",
+                f"Unstable ({result.reason}) at step {count(result.step)}, "
+                f"{us(result.time)}{who}: {result.detail}. What the page shows is what "
+                "was computed until then.",
+            )
+        case "stopped" | "failed" | "killed":
+            kind = "warn" if run.state == "stopped" else "bad"
+            how = "failed" if run.state == "failed" else f"was {run.state}"
+            text = f"The run {how}{because}; mpisph resume goes on with it."
+            yield Notice(kind, text)
+        case "running":
+            yield Notice("info", f"The run is under way: as of {run.status.updated}.")

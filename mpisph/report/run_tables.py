@@ -1,0 +1,382 @@
+"""The tables on a run's page, in mm, km/s, us and GPa."""
+
+import math
+from collections.abc import Sequence
+
+from mpisph.case import Body, Case, Cylinder, Plate, Sphere, SphericalShell
+from mpisph.case.bodies import EquationOfState
+from mpisph.case.sections import Exposure, PressureLimit, TimeStepping
+from mpisph.diagnostics import CloudFigure
+from mpisph.report.page import NONE, Link, Table
+from mpisph.report.stored import StoredRun
+from mpisph.result import Comparison
+
+Row = tuple[str | Link, ...]
+
+OFFSET_TEXT = (
+    "The exposure times are quoted on the experiment's clock, whose zero is not that "
+    "of first contact: so each exposure is compared twice, at its nominal time as if "
+    "there were no difference, and with the case's clock offset added."
+)
+
+_EOS: dict[EquationOfState, str] = {
+    "mie-grueneisen": "Mie-Grüneisen",
+    "linear": "linear",
+    "tillotson": "Tillotson",
+}
+
+_SMOOTHING = {
+    "axisymmetric": "axisymmetric, eq (21)",
+    "classic": "classic, eq (20)",
+    "fixed": "fixed",
+}
+
+_PHASES = {"output": "snapshots and checkpoints"}
+
+
+def count(n: int) -> str:
+    """Return an integer with its digits in groups of three."""
+    return f"{n:,}".replace(",", "\u2009")
+
+
+def particle_count(run: StoredRun) -> str:
+    """Return the number of particles; a dash where it is not known."""
+    return NONE if run.particles is None else count(run.particles)
+
+
+def signed(percent: float | None) -> str:
+    """Return an error [%], always with a sign; a dash for none."""
+    if percent is None:
+        return NONE
+    return f"{percent:+.1f}\u00a0%".replace("-", "\u2212")
+
+
+def small(fraction: float) -> str:
+    """Return a relative error."""
+    return "0" if fraction == 0.0 else f"{fraction:.1e}".replace("-", "\u2212")
+
+
+def mm(length: float | None) -> str:
+    """Return a length [m] of a cloud in mm; a dash for none."""
+    return NONE if length is None else f"{1e3 * length:.1f}"
+
+
+def us(time: float) -> str:
+    """Return a time [s] in us."""
+    return f"{1e6 * time:.2f} µs"
+
+
+def bodies_table(case: Case) -> Table:
+    """Return the bodies: shape, size, velocity, material."""
+    rows: list[Row] = [
+        (
+            body.name,
+            f"{body.shape.replace('_', ' ')}, {_size(body)}",
+            f"{body.velocity / 1e3:g}",
+            body.material,
+            _EOS[body.eos or case.scheme.eos],
+        )
+        for body in case.bodies
+    ]
+    heads = ("body", "shape", "velocity [km/s]", "material", "equation of state")
+    return Table("Bodies", heads, rows)
+
+
+def _size(body: Body) -> str:
+    """Return the size of a body, as it would be ordered from a workshop."""
+    match body:
+        case Sphere():
+            return f"diameter {_mm(2 * body.radius)}"
+        case SphericalShell():
+            inner = _mm(2 * body.inner_radius)
+            return f"diameter {_mm(2 * body.outer_radius)}, inside {inner}"
+        case Plate():
+            hole = body.inner_radius
+            with_hole = f", hole {_mm(2 * hole)}" if hole else ""
+            size = f"{_mm(body.thickness)} thick, diameter {_mm(2 * body.radius)}"
+            return size + with_hole
+        case Cylinder():
+            bore = body.inner_radius
+            with_bore = f", bore {_mm(2 * bore)}" if bore else ""
+            return (
+                f"diameter {_mm(2 * body.radius)}, {_mm(body.length)} long{with_bore}"
+            )
+
+
+def _mm(length: float) -> str:
+    return f"{1e3 * length:.4g} mm"
+
+
+def materials_table(case: Case) -> Table:
+    """Return the constants of the materials."""
+    rows: list[Row] = [
+        (
+            name,
+            material.description or NONE,
+            f"{material.rho0:g}",
+            f"{material.c0:g}",
+            f"{material.hugoniot_slope:g}",
+            f"{material.gamma0:g}",
+            f"{material.shear_modulus / 1e9:g}",
+            f"{material.yield_strength / 1e6:g}",
+        )
+        for name, material in case.materials.items()
+    ]
+    heads = (
+        "material", "what it is", "ρ₀ [kg/m³]", "c₀ [m/s]", "k", "Γ₀", "G [GPa]",
+        "Y₀ [MPa]",
+    )  # fmt: skip
+    return Table("Materials", heads, rows, "Sources stand in the case file below.")
+
+
+def setup_table(run: StoredRun) -> Table:
+    """Return resolution, scheme switches, time step and the cloud's definition."""
+    case, scheme = run.case, run.case.scheme
+    resolution, viscosity, heat = case.resolution, scheme.viscosity, scheme.heat
+    spacing = f"spacing {_mm(case.spacing)}"
+    if resolution.npr is not None:
+        spacing = f"NPR {resolution.npr}, along {resolution.reference}: {spacing}"
+    smoothing = f"NPH {resolution.nph:g}: {_mm(case.smoothing_length)} at the start"
+    strength = {"none": "none", "elastic-plastic": "elastic, perfectly plastic"}
+    rows: list[Row] = [
+        ("particle spacing", spacing),
+        ("particles", particle_count(run)),
+        ("smoothing length", f"{smoothing}; {_SMOOTHING[scheme.smoothing]}"),
+        (
+            "artificial viscosity",
+            f"α {viscosity.alpha:g}, β {viscosity.beta:g}, ε {viscosity.epsilon:g}; "
+            f"{viscosity.form} form",
+        ),
+        (
+            "artificial heat",
+            f"g₁ {heat.g1:g}, g₂ {heat.g2:g}" if heat.enabled else "off",
+        ),
+        ("strength", strength[scheme.strength]),
+        ("lowest pressure", _lowest_pressure(scheme.p_min)),
+        (
+            "kernel",
+            f"Gaussian, cut at {scheme.kappa:g} h; a ring "
+            f"{'acts' if scheme.self_term else 'does not act'} on itself",
+        ),
+        ("time step", _step(case.time)),
+        ("end of the run", us(case.end_time)),
+    ]
+    return Table("Resolution and scheme", ("", ""), rows + _cloud_rows(case))
+
+
+def _lowest_pressure(limit: PressureLimit) -> str:
+    if limit.mode == "off" or limit.value == -math.inf:
+        return "no limit"
+    becomes = "this limit" if limit.mode == "clamp" else "zero"
+    return f"{limit.value / 1e9:g} GPa; what is lower becomes {becomes}"
+
+
+def _step(time: TimeStepping) -> str:
+    if time.step == "fixed":
+        return f"fixed, {1e9 * (time.dt or 0.0):g} ns"
+    most = f", at most {1e9 * time.dt:g} ns" if time.dt else ""
+    return f"automatic, {time.cfl:g} of the stability limits{most}"
+
+
+def _cloud_rows(case: Case) -> list[Row]:
+    """Return what counts as the cloud, where there is a plate for it to leave."""
+    measured = case.measured
+    if measured is None or case.measured_plate is None:
+        return []
+    return [
+        (
+            "cloud",
+            f"behind the rear face of {case.measured_plate.name}, moving faster than "
+            f"{measured.min_velocity_fraction:g} of the impact velocity",
+        ),
+        ("clock offset", us(measured.clock_offset)),
+    ]
+
+
+def cloud_table(run: StoredRun) -> Table:
+    """Return R_b and L_b, measured and computed, at both readings of the clock."""
+    measured = run.case.measured
+    quantile = measured.quantile if measured else 1.0
+    by_clock: dict[tuple[str, float, float], dict[CloudFigure, Comparison]] = {}
+    for c in run.comparisons:
+        by_clock.setdefault((c.source, c.nominal_time, c.time), {})[c.figure] = c
+    rows: list[Row] = []
+    for found in by_clock.values():
+        outermost, robust = found["outermost"], found["robust"]
+        rows.append(
+            (
+                _when(outermost),
+                mm(outermost.measured_radius),
+                _with_error(outermost, "radius"),
+                _with_error(robust, "radius"),
+                mm(outermost.measured_length),
+                _with_error(outermost, "length"),
+                _with_error(robust, "length"),
+            )
+        )
+    twice = any(c.clock == "offset" for c in run.comparisons)
+    when = OFFSET_TEXT if twice else "Compared at the nominal times: no clock offset."
+    caption = (
+        f"Sizes in mm, with the error. {when} Outermost: by the cloud's outermost "
+        f"particle; robust: within which {100 * quantile:g} % of its mass lies. "
+        f"Measured: {'; '.join(dict.fromkeys(c.source for c in run.comparisons))}."
+    )
+    kinds = ("measured", "outermost", "robust")
+    heads = [f"{name} {kind}" for name in ("R_b", "L_b") for kind in kinds]
+    return Table("", ("exposure", *heads), rows, caption, numbers=True)
+
+
+def _when(comparison: Comparison) -> str:
+    """Return an exposure and how the clock was read."""
+    nominal = f"{1e6 * comparison.nominal_time:g} µs"
+    if comparison.clock == "nominal":
+        return f"{nominal}, nominal"
+    shift = 1e6 * (comparison.time - comparison.nominal_time)
+    return f"{nominal} {shift:+.2f} µs, offset".replace("+", "+ ").replace(
+        "-", "\u2212 "
+    )
+
+
+def conservation_table(run: StoredRun) -> Table:
+    """Return the errors of what should be conserved; of a run that has a result."""
+    assert run.result is not None, "a run that has ended"
+    c = run.result.conservation
+    rows: list[Row] = [
+        ("mass", small(c.mass_error)),
+        ("axial momentum", small(c.momentum_z_error)),
+        ("total energy", small(c.energy_error_final)),
+        ("total energy, largest during the run", small(c.energy_error_max)),
+    ]
+    caption = "Changes since the start, relative to the initial values."
+    return Table("Conservation", ("quantity", "error"), rows, caption, numbers=True)
+
+
+def timing_table(run: StoredRun) -> Table:
+    """Return what the run took, and where; of a run that has a result."""
+    assert run.result is not None, "a run that has ended"
+    t = run.result.timing
+    known = sum(t.phases.values())
+    rows: list[Row] = [
+        (_PHASES.get(name, name), f"{spent:.2f}", f"{100 * spent / t.wall:.0f} %")
+        for name, spent in sorted(t.phases.items(), key=lambda item: -item[1])
+    ]
+    if t.wall > known:
+        rest = t.wall - known
+        rows.append(("all else", f"{rest:.2f}", f"{100 * rest / t.wall:.0f} %"))
+    rows.append(("whole run", f"{t.wall:.2f}", "100 %"))
+    ranks = (
+        "1 rank" if t.ranks == 1 else f"{t.ranks} ranks, of which the slowest counts"
+    )
+    caption = (
+        f"{count(t.steps)} steps on {ranks}; {t.step_ms:.3g} ms a step, "
+        f"{t.interaction_ns:.3g} ns a directed interaction."
+    )
+    return Table("Time", ("phase", "s", "share"), rows, caption, numbers=True)
+
+
+def provenance_table(run: StoredRun) -> Table:
+    """Return the versions and the revision of the program."""
+    rows: list[Row] = [
+        ("revision of mpisph" if name == "revision" else name, text)
+        for name, text in run.provenance.items()
+    ]
+    status = run.status
+    rows += [("ranks", str(status.ranks)), ("starts", str(status.starts))]
+    rows += [("last started", status.started), ("last heard of", status.updated)]
+    return Table("", ("", ""), rows)
+
+
+def runs_table(runs: Sequence[tuple[StoredRun, str]]) -> Table:
+    """Return runs side by side.
+
+    Parameters
+    ----------
+    runs : sequence of (StoredRun, str)
+        With the ids of their places on the page.
+
+    Returns
+    -------
+    Table
+    """
+    return Table(
+        "The runs",
+        ("run", "state", "particles", "NPR", "NPH", "α, β", "steps", "time reached",
+         "energy error", "wall time [s]"),
+        [_run_row(run, place) for run, place in runs],
+        numbers=True,
+    )  # fmt: skip
+
+
+def _run_row(run: StoredRun, place: str) -> Row:
+    case, result = run.case, run.result
+    viscosity = case.scheme.viscosity
+    return (
+        Link(run.name, place),
+        run.state,
+        particle_count(run),
+        str(case.resolution.npr or NONE),
+        f"{case.resolution.nph:g}",
+        f"{viscosity.alpha:g}, {viscosity.beta:g}",
+        count(result.step if result else run.status.step),
+        us(result.time if result else run.status.time),
+        small(result.conservation.energy_error_max) if result else NONE,
+        f"{result.timing.wall:.1f}" if result else NONE,
+    )
+
+
+def comparison_table(runs: Sequence[tuple[StoredRun, str]]) -> Table | None:
+    """Return the runs' R_b and L_b side by side; None where nothing was measured.
+
+    Parameters
+    ----------
+    runs : sequence of (StoredRun, str)
+        With the ids of their places on the page.
+
+    Returns
+    -------
+    Table or None
+    """
+    rows = [
+        _exposure_row(run, place, exposure)
+        for run, place in runs
+        if run.case.measured is not None
+        for exposure in run.case.measured.exposures
+    ]
+    if not rows:
+        return None
+    kinds = ("measured", "nominal", "offset")
+    heads = [f"{name} {kind}" for name in ("R_b", "L_b") for kind in kinds]
+    caption = (
+        f"Outermost particles, in mm, with the error. {OFFSET_TEXT} A dash: not "
+        "reached, or not measured."
+    )
+    return Table(
+        "Beside the experiment",
+        ("run", "exposure", *heads),
+        rows,
+        caption,
+        numbers=True,
+    )
+
+
+def _exposure_row(run: StoredRun, place: str, exposure: Exposure) -> Row:
+    found = {
+        c.clock: c
+        for c in run.comparisons
+        if c.figure == "outermost"
+        and (c.nominal_time, c.source) == (exposure.time, exposure.source)
+    }
+    row: Row = (Link(run.name, place), f"{1e6 * exposure.time:g} µs")
+    for name in ("radius", "length"):
+        row += (mm(getattr(exposure, name)),)
+        row += tuple(_with_error(found.get(c), name) for c in ("nominal", "offset"))
+    return row
+
+
+def _with_error(comparison: Comparison | None, name: str) -> str:
+    """Return a computed size in mm with its error; a dash where it was not reached."""
+    size = getattr(comparison, name, None)
+    if size is None:
+        return NONE
+    error = getattr(comparison, f"{name}_error_percent")
+    return mm(size) if error is None else f"{mm(size)} ({signed(error)})"

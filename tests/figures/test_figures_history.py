@@ -1,0 +1,118 @@
+"""Figures of the history: their lines and marks, read back from the axes."""
+
+import matplotlib.image
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from small_runs import EXPOSED, small_run
+
+from mpisph.case import load_case
+from mpisph.figures.history import RunHistory, draw_history, history_figures
+from mpisph.history import read_history
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "run"
+    result = small_run(folder, *EXPOSED)
+    rows = read_history(folder / "history.csv")
+    return RunHistory(rows, load_case(folder / "case.toml"), result.clouds)
+
+
+def draw(run, name):
+    """The axes of one of the figures."""
+    (figure,) = [f for f in history_figures(run) if f.name == name]
+    axes = Figure().add_subplot()
+    figure.draw(axes, run)
+    return axes
+
+
+def lines(axes):
+    """Abscissae and ordinates by label."""
+    return {x.get_label(): np.array(x.get_data(), float) for x in axes.lines}
+
+
+@pytest.mark.parametrize(("name", "measured"), [("radius", 7.0), ("length", 2.1)])
+def test_the_cloud_beside_what_was_measured(run, name, measured):
+    found = lines(draw(run, name))
+    time, size = found["computed, outermost"]
+    np.testing.assert_allclose(time, 1e6 * run.rows["time"])
+    np.testing.assert_allclose(size, 1e3 * run.rows[f"cloud_{name}"])
+    time, size = found["computed, 99 % of the mass"]
+    np.testing.assert_allclose(time, [1e6 * cloud.time for cloud in run.clouds])
+    np.testing.assert_allclose(
+        size, [1e3 * getattr(cloud, f"{name}_robust") for cloud in run.clouds]
+    )
+    # The exposure at 19 us lies beyond the end of the run.
+    assert found["measured, nominal time"].T.tolist() == [[1.0, measured]]
+    offset = found["measured, +0.35 µs clock offset"].T
+    np.testing.assert_allclose(offset, [[1.35, measured]])
+
+
+def test_without_an_offset_or_a_measurement_there_is_less_to_draw(run):
+    measured = run.case.measured.model_copy(update={"clock_offset": 0.0})
+    case = run.case.model_copy(update={"measured": measured})
+    labels = lines(draw(run._replace(case=case), "radius")).keys()
+    assert [label for label in labels if "measured" in label] == [
+        "measured, nominal time"
+    ]
+    case = run.case.model_copy(update={"measured": None})
+    labels = lines(draw(run._replace(case=case, clouds=()), "length")).keys()
+    assert list(labels) == ["computed, outermost"]
+
+
+def test_energies_in_kilojoules_and_their_sum(run):
+    found = lines(draw(run, "energies"))
+    kinetic, internal = run.rows["kinetic_energy"], run.rows["internal_energy"]
+    np.testing.assert_allclose(found["kinetic"][1], 1e-3 * kinetic)
+    np.testing.assert_allclose(found["internal"][1], 1e-3 * internal)
+    np.testing.assert_allclose(found["total"][1], 1e-3 * (kinetic + internal))
+
+
+def test_error_mass_and_steps(run):
+    error = next(iter(lines(draw(run, "energy_error")).values()))
+    np.testing.assert_allclose(error[1], run.rows["energy_error"])
+    mass = next(iter(lines(draw(run, "cloud_mass")).values()))
+    np.testing.assert_allclose(mass[1], 1e3 * run.rows["cloud_mass"])
+    time, step = next(iter(lines(draw(run, "step")).values()))
+    # The line of the start has no step.
+    np.testing.assert_allclose(step, 1e9 * run.rows["dt"][1:])
+    np.testing.assert_allclose(time, 1e6 * run.rows["time"][1:])
+
+
+def test_the_imbalance_is_that_of_several_ranks(run):
+    assert "imbalance" not in [figure.name for figure in history_figures(run)]
+    rows = run.rows.copy()
+    rows["imbalance"] = np.linspace(0.0, 0.2, len(rows))
+    found = lines(draw(run._replace(rows=rows), "imbalance"))
+    values = next(iter(found.values()))
+    np.testing.assert_allclose(values[1], 100.0 * rows["imbalance"])
+    assert set(found["threshold"][1]) == {5.0}
+
+
+def test_what_has_nothing_to_show_is_left_out(run):
+    assert history_figures(run._replace(rows=run.rows[:1])) == []
+    assert history_figures(run._replace(rows=np.array([]))) == []
+    rows = run.rows.copy()
+    rows["cloud_mass"] = 0.0
+    names = [figure.name for figure in history_figures(run._replace(rows=rows))]
+    assert names == ["energies", "energy_error", "step"]
+
+
+def test_every_figure_is_written(run, tmp_path):
+    rows = run.rows.copy()
+    rows["imbalance"] = 0.1
+    # A run that breaks down may leave such a line.
+    rows["energy_error"][-1] = np.inf
+    rows["cloud_length"][-1] = np.nan
+    broken = run._replace(rows=rows)
+    figures = history_figures(broken)
+    assert len(figures) == 7
+    for figure in figures:
+        path = tmp_path / "new" / f"{figure.name}.png"
+        draw_history(figure, broken, path)
+        pixels = matplotlib.image.imread(path)[:, :, :3]
+        assert pixels.shape == (620, 1000, 3)
+        assert (pixels < 0.5).any(axis=2).mean() > 0.01
+        assert figure.title
+        assert figure.caption

@@ -1,0 +1,41 @@
+"""Small runs that take less than a second, for what is made of a run's folder."""
+
+import json
+import shutil
+
+from launch import CASES
+from mpi4py import MPI
+from rich.console import Console
+
+from mpisph.case import load_case
+from mpisph.run import run
+
+SHOT = CASES / "piekutowski-4-1353.toml"
+
+EXPOSED = (
+    "resolution.npr=4",
+    "time.end=2us",
+    "output.every=0.25us",
+    "output.figures=false",
+    "measured.clock_offset=0.35us",
+    "measured.exposures.0.time=1us",
+    "measured.exposures.0.radius=7 mm",
+    "measured.exposures.0.length=2.1 mm",
+)
+"""Shot 4-1353, coarse and short: 10 snapshots, an exposure reached, one not."""
+
+
+def small_run(folder, *overrides, case=SHOT):
+    """Run a case on this rank alone and return its result."""
+    with open("/dev/null", "w") as silent:
+        console = Console(file=silent)
+        return run(load_case(case, overrides), MPI.COMM_SELF, folder, console)
+
+
+def unended(folder, source, **changes):
+    """Copy a run as if it had not ended, with changes to its status."""
+    shutil.copytree(source, folder)
+    (folder / "result.json").unlink()
+    path = folder / "status.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), **changes}))
+    return folder
