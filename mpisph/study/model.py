@@ -87,6 +87,17 @@ class FigureSpec(FrozenModel):
     """What is drawn."""
     exposures: tuple[float, ...] = ()
     """Nominal times of the exposures drawn [us]; by default all."""
+    clocks: Annotated[
+        tuple[Literal["nominal", "offset"], ...], Field(min_length=1, max_length=2)
+    ] = ("nominal", "offset")
+    """Readings of the clock that are drawn; `convergence` takes the last."""
+    x_scale: Literal["linear", "log"] = "linear"
+    """Scale of the horizontal axis, where it shows numbers."""
+
+    def axes(self) -> dict[str, str]:
+        """Return the parameter, or ``variant``, of each axis that is given."""
+        named = {"x": self.x, "lines": self.lines, "panels": self.panels}
+        return {key: name for key, name in named.items() if name is not None}
 
 
 class PaperRange(FrozenModel):
@@ -125,6 +136,13 @@ class Paper(FrozenModel):
     values: tuple[PaperValue, ...] = ()
     """Single figures."""
 
+    @model_validator(mode="after")
+    def _check(self) -> Paper:
+        """Check that it is said what the ranges are of."""
+        if self.ranges and (self.parameter is None or self.limit_percent is None):
+            raise ValueError("ranges need parameter and limit_percent")
+        return self
+
 
 class StudyFile(FrozenModel):
     """A study, as its file describes it."""
@@ -145,6 +163,9 @@ class StudyFile(FrozenModel):
     """Cases that are crossed with the parameters."""
     figure: FigureSpec | None = None
     """How it is drawn."""
+    clock_from: Identifier | None = None
+    """Variant on whose runs alone the clock's offset is fitted when settings are
+    judged over all variants; see `best`."""
     paper: Paper = Paper()
     """What the source gives in numbers."""
 
@@ -171,6 +192,36 @@ class StudyFile(FrozenModel):
         count = self.count
         if count > MOST_CASES:
             raise ValueError(f"{count} cases; expected at most {MOST_CASES}")
+        if self.clock_from not in {None, *(v.name for v in self.variants)}:
+            raise ValueError(f"clock_from: no variant {self.clock_from}")
+        for name in {
+            k for r in self.paper.ranges for k in (self.paper.parameter, *r.at)
+        }:
+            if name not in names:
+                raise ValueError(f"paper: no parameter {name}")
+        return self
+
+    @model_validator(mode="after")
+    def _check_figure(self) -> StudyFile:
+        """Check that the figure has a place for all that is varied."""
+        if self.figure is None:
+            return self
+        axes, kind = self.figure.axes(), self.figure.kind
+        needed = {"lines": ("x",), "map": ("x", "lines"), "convergence": ("x",)}
+        for key in needed.get(kind, ()):
+            if key not in axes:
+                raise ValueError(f"figure: a figure of kind {kind} needs {key}")
+        for key, name in axes.items():
+            if name not in {"variant", *(p.name for p in self.parameters)}:
+                raise ValueError(f"figure.{key}: no parameter {name}")
+        if len(set(axes.values())) < len(axes):
+            raise ValueError("figure: two axes stand for the same")
+        varied = {p.name for p in self.parameters if len(p.values) > 1}
+        varied |= {"variant"} if len(self.variants) > 1 else set()
+        drawn = {*axes.values(), *(["variant"] if kind == "shots" else [])}
+        lost = sorted(varied - drawn)
+        if lost:
+            raise ValueError(f"figure: no axis stands for {lost[0]}, which is varied")
         return self
 
     @property
