@@ -248,33 +248,45 @@ def figures_command(folder: Path) -> None:
 
 
 @cli.command("clock")
-@click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
-def clock_command(folder: Path) -> None:
-    """Fit the experiment's clock offset on the run folder RUN.
+@runs_argument
+@click.option(
+    "--npr",
+    type=click.FloatRange(min=0.0, min_open=True),
+    help="Take the offset of the run at this resolution.  [default: the finest]",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="The figure.  [default: clock.png, in the folder of a single run, else in the "
+    "current one]",
+)
+def clock_command(
+    folders: tuple[Path, ...], npr: float | None, output: Path | None
+) -> None:
+    """Fit the experiment's clock offset on completed runs of one shot.
 
-    The offset makes R_b and L_b at all measured exposures fit best. The run must have
-    gone on for some microseconds after the last exposure.
+    The offset makes R_b and L_b at all measured exposures fit best. A run must have
+    gone on for some microseconds after the last exposure. Several RUNs, which may
+    differ in resolution alone, give the numerical uncertainty.
     """
-    text = from_root(MPI.COMM_WORLD, lambda: _clock_text(folder))
-    click.echo(text)
+    out = output or (folders[0] if len(folders) == 1 else Path()) / "clock.png"
+    on_root(MPI.COMM_WORLD, lambda: _say_clock(folders, npr, out))
 
 
-def _clock_text(folder: Path) -> str:
-    from mpisph.clock import fit_clock
-    from mpisph.history import HISTORY_FILE, read_history
+def _say_clock(folders: Sequence[Path], npr: float | None, out_png: Path) -> None:
+    """Print the fits and what they come to; draw them."""
+    from mpisph.clock import clock_run, clock_table, conclude, conclusion_text
+    from mpisph.figures.clock import draw_clock
     from mpisph.run import case_in
 
-    case = case_in(folder)
-    try:
-        fit = fit_clock(read_history(folder / HISTORY_FILE), case)
-    except ValueError as error:
-        raise MpisphError(f"{folder}: {error}") from error
-    lines = [f"clock offset {fit.offset * 1e6:.2f} us"]
-    for name, left, alone in zip(fit.names, fit.errors, fit.separate, strict=True):
-        lines.append(
-            f"  {name:16} error {100 * left:+5.1f} %, alone {alone * 1e6:5.2f} us"
-        )
-    return "\n".join(lines)
+    runs = [clock_run(folder, case_in(folder)) for folder in folders]
+    conclusion = conclude(runs, npr)
+    draw_clock(*runs, out_png=out_png, conclusion=conclusion)
+    console = open_console(stderr=False)
+    console.print(clock_table(runs))
+    text = f"{conclusion_text(conclusion)}\nfigure in {out_png}"
+    console.print(text, highlight=False, soft_wrap=True)
 
 
 def _positive_time(_: click.Context, option: click.Parameter, text: str) -> float:
