@@ -163,7 +163,7 @@ def _draw(study: "Study", root: Path) -> Path:
     figure = draw_study(study, collect(study, root), root)
     if figure is None:
         described = study.file.figure is not None
-        why = f"no run has ended in {root}" if described else "expected [figure]"
+        why = f"no run is complete in {root}" if described else "expected [figure]"
         raise MpisphError(f"{study.path}: nothing to draw: {why}")
     return figure
 

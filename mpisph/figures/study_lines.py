@@ -246,6 +246,7 @@ def _draw_strip(axes: Axes, data: LinesFigure, unstable: npt.NDArray[np.bool_]) 
         axes.plot(where, np.full(where.size, k), "x", color=colour, markersize=3.5)
     axes.set_ylim(len(data.lines) - 0.3, -0.7)
     axes.set_yticks([])
+    axes.tick_params(axis="x", direction="out", top=False)
     axes.set_facecolor("0.95")
     _set_x_axis(axes, data, x)
 

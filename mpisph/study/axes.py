@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple, TypeVar
 import numpy as np
 
 from mpisph.case.sections import Exposure
-from mpisph.study.model import FigureSpec, Study, StudyCase, Value
+from mpisph.study.model import Study, StudyCase, Value
 from mpisph.study.table import CLOCKS, Row, time_label
 
 Clock = Literal["nominal", "offset"]
@@ -148,33 +148,38 @@ def same_time(a: float, b: float) -> bool:
     return bool(np.isclose(a, b, rtol=1e-6, atol=0.0))
 
 
-def times_drawn(study: Study, spec: FigureSpec) -> list[float]:
-    """Return the nominal times of the exposures in a figure [s], the latest first."""
-    times = {exposure.time for _, exposure in exposures(study)}
-    if spec.exposures:
-        wanted = [1e-6 * time for time in spec.exposures]
-        times = {t for t in times if any(same_time(t, w) for w in wanted)}
-    return sorted(times, reverse=True)
-
-
 def measured_mm(exposure: Exposure, quantity: str) -> float:
     """Return a measured R_b or L_b [mm], NaN where there is none."""
     size = exposure.radius if quantity == "R_b" else exposure.length
     return float("nan") if size is None else 1e3 * size
 
 
-def clock_text(study: Study, clock: Clock) -> str:
-    """Return what a reading of the clock is called in a figure."""
-    if clock == "nominal":
-        return "nominal exposure time"
+def clock_offset(study: Study) -> float | None:
+    """Return the clock offset of all cases [s], None where they differ."""
     offsets = {
         case.case.measured.clock_offset
         for case in study.cases
         if case.case.measured is not None
     }
-    if len(offsets) != 1:
+    return offsets.pop() if len(offsets) == 1 else None
+
+
+def clock_text(study: Study, clock: Clock) -> str:
+    """Return what a reading of the clock is called in a figure."""
+    if clock == "nominal":
+        return "nominal exposure time"
+    offset = clock_offset(study)
+    if offset is None:
         return "with clock offset"
-    return f"{1e6 * offsets.pop():+.3g} µs clock offset"
+    return f"{1e6 * offset:+.3g} µs clock offset"
+
+
+def time_text(study: Study, time: float, clock: Clock) -> str:
+    """Return when an exposure is compared, after first contact."""
+    offset = clock_offset(study) if clock == "offset" else 0.0
+    if offset is None:
+        return f"{1e6 * time:g} µs with clock offset"
+    return f"{1e6 * (time + offset):g} µs"
 
 
 def status_note(rows: Sequence[Row]) -> str:

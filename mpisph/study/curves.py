@@ -20,7 +20,6 @@ from mpisph.study.axes import (
     same_time,
     size_column,
     status_note,
-    times_drawn,
     value_at,
 )
 from mpisph.study.model import FigureSpec, Study, Value
@@ -44,8 +43,8 @@ def lines_figure(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> LinesFi
     """
     x, lines, panels = (axis_of(study, n) for n in (spec.x, spec.lines, spec.panels))
     table = by_axes(rows, (x, lines, panels))
-    times = times_drawn(study, spec)
-    shown = [(quantity, time) for quantity in spec.quantities for time in times]
+    times = study.times(spec.exposures)
+    shown = [(quantity, time) for quantity in spec.quantities for time in times[::-1]]
 
     def panel(value: Value, title: str, clock: Clock) -> LinesPanel:
         cells = [
@@ -73,7 +72,7 @@ def lines_figure(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> LinesFi
         lines_label=lines.label,
         lines=lines.names,
         ordered=lines.numeric,
-        rows=[_row(study, *what, thick=what[1] > min(times)) for what in shown],
+        rows=[_row(study, *what, thick=what[1] > times[0]) for what in shown],
         bands=_arranged(bands, panels),
         note=_note(times, rows),
     )
@@ -113,7 +112,7 @@ def _row(study: Study, quantity: str, time: float, thick: bool) -> LinesRow:
 def _note(times: Sequence[float], rows: Sequence[Row]) -> str:
     note = ""
     if len(times) > 1:
-        texts = [f"{1e6 * time:g} µs" for time in reversed(times)]
+        texts = [f"{1e6 * time:g} µs" for time in times]
         later = ", ".join(texts[1:])
         note = f"Thin lines, open markers: {texts[0]}; thick, filled: {later}. "
     return f"{note}Outermost particles. {status_note(rows)}"

@@ -3,11 +3,12 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from mpisph.figures.convergence import draw_convergence
 from mpisph.figures.study_lines import draw_lines
 from mpisph.figures.study_map import draw_map
 from mpisph.figures.study_shots import draw_shots
-from mpisph.study.axes import has_ended
 from mpisph.study.curves import lines_figure
+from mpisph.study.levels import convergence_panels
 from mpisph.study.maps import map_figure
 from mpisph.study.model import FigureSpec, Study
 from mpisph.study.shots import shots_figure
@@ -31,7 +32,7 @@ def draw_study(study: Study, rows: Sequence[Row], root: Path) -> Path | None:
     Returns
     -------
     Path or None
-        The figure; None where the study describes none, or no run has ended.
+        The figure; None where the study describes none, or no run is complete.
 
     Raises
     ------
@@ -39,7 +40,7 @@ def draw_study(study: Study, rows: Sequence[Row], root: Path) -> Path | None:
         If it cannot be written.
     """
     spec = study.file.figure
-    if spec is None or not any(has_ended(row) for row in rows):
+    if spec is None or not any(row["status"] == "completed" for row in rows):
         return None
     out_png = study_folder(root, study) / FIGURE_FILE
     return _DRAW[spec.kind](study, spec, rows, out_png)
@@ -57,8 +58,15 @@ def _draw_shots(study: Study, spec: FigureSpec, rows: Sequence[Row], out: Path) 
     return draw_shots(shots_figure(study, spec, rows), out)
 
 
+def _draw_convergence(
+    study: Study, spec: FigureSpec, rows: Sequence[Row], out: Path
+) -> Path:
+    return draw_convergence(convergence_panels(study, spec, rows), out)
+
+
 _DRAW: dict[str, Callable[[Study, FigureSpec, Sequence[Row], Path], Path]] = {
     "lines": _draw_lines,
     "map": _draw_map,
     "shots": _draw_shots,
+    "convergence": _draw_convergence,
 }

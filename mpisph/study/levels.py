@@ -3,61 +3,28 @@
 import math
 import re
 from collections.abc import Sequence
-from typing import NamedTuple
 
+from mpisph.convergence import converge
+from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
 from mpisph.study.axes import (
     SYMBOLS,
+    Clock,
     axis_of,
     by_axes,
     exposures,
     measured_mm,
     same_time,
-    times_drawn,
+    size_column,
+    time_text,
+    value_at,
 )
 from mpisph.study.model import FigureSpec, Study, Value
 from mpisph.study.table import CLOCKS, Row, columns, time_label
 
 
-class ConvergenceLevels(NamedTuple):
-    """A quantity of one variant at several resolutions.
-
-    Attributes
-    ----------
-    name : str
-        Of the variant.
-    npr : list of float
-        Resolutions.
-    values : list of float or None
-        In the unit of the quantity; None where there is none.
-    measured : float or None
-        In the same unit.
-    """
-
-    name: str
-    npr: list[float]
-    values: list[float | None]
-    measured: float | None
-
-
-class ConvergenceQuantity(NamedTuple):
-    """A quantity of all variants, for a panel of the figure of convergence.
-
-    Attributes
-    ----------
-    label : str
-        A formula stands between dollar signs.
-    unit : str
-    levels : list of ConvergenceLevels
-    """
-
-    label: str
-    unit: str
-    levels: list[ConvergenceLevels]
-
-
-def convergence_quantities(
+def convergence_panels(
     study: Study, spec: FigureSpec, rows: Sequence[Row]
-) -> list[ConvergenceQuantity]:
+) -> list[ConvergencePanel]:
     """Return what is drawn of quantities against resolution.
 
     They are those at the earliest exposure, by the last of the figure's clocks: R_b and
@@ -74,49 +41,49 @@ def convergence_quantities(
 
     Returns
     -------
-    list of ConvergenceQuantity
-        Those that any run has.
+    list of ConvergencePanel
+        Of the quantities that any run has.
     """
     x, lines = axis_of(study, spec.x), axis_of(study, spec.lines)
     table = by_axes(rows, (x, lines))
-    time = times_drawn(study, spec)[-1]
-    found = []
-    for label, unit, column, symbol in _convergence_columns(rows, spec, time):
-        levels = []
+    panels = []
+    for label, unit, column, measured in _quantities(study, spec, rows):
+        series = []
         for line, name in zip(lines.values, lines.titles(), strict=True):
-            cells = [table.get((at, line)) for at in x.values]
-            values = [None if row is None else row.get(column) for row in cells]
-            measured = _measured(study, line, time, symbol)
-            levels.append(ConvergenceLevels(name, x.numbers(), values, measured))
-        if any(value is not None for level in levels for value in level.values):
-            found.append(ConvergenceQuantity(label, unit, levels))
+            values = [value_at(table.get((at, line)), column) for at in x.values]
+            result = converge(x.numbers(), values)
+            series.append(ConvergenceSeries(name, result, measured.get(line)))
+        if any(math.isfinite(v) for s in series for v in s.convergence.values):
+            panels.append(ConvergencePanel(label, unit, series))
+    return panels
+
+
+def _quantities(
+    study: Study, spec: FigureSpec, rows: Sequence[Row]
+) -> list[tuple[str, str, str, dict[Value, float]]]:
+    """Return label, unit, column, and what was measured of each variant."""
+    time = study.times(spec.exposures)[0]
+    clock: Clock = spec.clocks[-1]
+    where = f"{time_label(time)}{CLOCKS[clock]}"
+    found = []
+    for q in spec.quantities:
+        sizes = _measured(study, time, q)
+        column, robust = (size_column(q, time, clock, e) for e in ("mm", "robust_mm"))
+        at = f"{SYMBOLS[q]} at {time_text(study, time, clock)}"
+        found.append((f"{at}, outermost", "mm", column, sizes))
+        found.append((f"{at}, robust", "mm", robust, sizes))
+    found.append(("front velocity", "km/s", f"front_velocity_{where}_km_per_s", {}))
+    found.append(("mass of the cloud", "g", f"cloud_mass_{where}_g", {}))
+    holes = [c for c in columns(rows) if re.fullmatch(r"hole_diameter_(.*_)?mm", c)]
+    found += [("diameter of the hole", "mm", hole, {}) for hole in holes[:1]]
     return found
 
 
-def _convergence_columns(
-    rows: Sequence[Row], spec: FigureSpec, time: float
-) -> list[tuple[str, str, str, str]]:
-    """Return label, unit, column and symbol, empty where nothing is measured."""
-    where = f"{time_label(time)}{CLOCKS[spec.clocks[-1]]}"
-    sizes = [
-        (f"{SYMBOLS[q]}{text}", "mm", f"{q}_{where}{suffix}_mm", symbol)
-        for q in spec.quantities
-        for text, suffix, symbol in (("", "", q), (", robust", "_robust", ""))
-    ]
-    holes = [c for c in columns(rows) if re.fullmatch(r"hole_diameter_.*_mm", c)]
-    return [
-        *sizes,
-        ("front velocity", "km/s", f"front_velocity_{where}_km_per_s", ""),
-        ("mass of the cloud", "g", f"cloud_mass_{where}_g", ""),
-        *(("diameter of the hole", "mm", hole, "") for hole in holes[:1]),
-    ]
-
-
-def _measured(study: Study, variant: Value, time: float, quantity: str) -> float | None:
-    """Return what was measured of a variant [mm], if it was."""
-    sizes = [
-        measured_mm(exposure, quantity)
+def _measured(study: Study, time: float, quantity: str) -> dict[Value, float]:
+    """Return what was measured of each variant [mm]."""
+    sizes = {
+        case.variant: measured_mm(exposure, quantity)
         for case, exposure in exposures(study)
-        if quantity and case.variant == variant and same_time(exposure.time, time)
-    ]
-    return next((size for size in sizes if not math.isnan(size)), None)
+        if same_time(exposure.time, time)
+    }
+    return {name: size for name, size in sizes.items() if not math.isnan(size)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -45,6 +45,13 @@ class Parameter(FrozenModel):
     """Unit of the values, where they are numbers; by default SI."""
     label: Description = ""
     """What it is called in figures; by default its name."""
+
+    @property
+    def numeric(self) -> bool:
+        """Whether all of its values are numbers."""
+        return all(
+            isinstance(v, int | float) and not isinstance(v, bool) for v in self.values
+        )
 
 
 class Derived(FrozenModel):
@@ -194,12 +201,18 @@ class StudyFile(FrozenModel):
             raise ValueError(f"{count} cases; expected at most {MOST_CASES}")
         if self.clock_from not in {None, *(v.name for v in self.variants)}:
             raise ValueError(f"clock_from: no variant {self.clock_from}")
-        for name in {
-            k for r in self.paper.ranges for k in (self.paper.parameter, *r.at)
-        }:
-            if name not in names:
-                raise ValueError(f"paper: no parameter {name}")
+        self._check_ranges()
         return self
+
+    def _check_ranges(self) -> None:
+        """Check that the paper's ranges are of numbers that are varied."""
+        numbers = {p.name for p in self.parameters if p.numeric}
+        for given in self.paper.ranges:
+            for name in (str(self.paper.parameter), *given.at):
+                if name not in numbers:
+                    raise ValueError(f"paper: no parameter {name} with numbers")
+            if given.at.keys() != self.paper.ranges[0].at.keys():
+                raise ValueError("paper: all ranges need the same parameters")
 
     @model_validator(mode="after")
     def _check_figure(self) -> StudyFile:
@@ -207,6 +220,7 @@ class StudyFile(FrozenModel):
         if self.figure is None:
             return self
         axes, kind = self.figure.axes(), self.figure.kind
+        numbers = {p.name for p in self.parameters if p.numeric}
         needed = {"lines": ("x",), "map": ("x", "lines"), "convergence": ("x",)}
         for key in needed.get(kind, ()):
             if key not in axes:
@@ -214,6 +228,8 @@ class StudyFile(FrozenModel):
         for key, name in axes.items():
             if name not in {"variant", *(p.name for p in self.parameters)}:
                 raise ValueError(f"figure.{key}: no parameter {name}")
+        if kind == "convergence" and axes["x"] not in numbers:
+            raise ValueError(f"figure.x: expected numbers, but {axes['x']} has names")
         if len(set(axes.values())) < len(axes):
             raise ValueError("figure: two axes stand for the same")
         varied = {p.name for p in self.parameters if len(p.values) > 1}
@@ -282,6 +298,26 @@ class Study(NamedTuple):
         """Name of the study: that of its file without the ending."""
         return self.path.stem
 
+    def times(self, chosen: Sequence[float] = ()) -> list[float]:
+        """Return the nominal times of the exposures of all cases [s], in order.
+
+        Parameters
+        ----------
+        chosen : sequence of float, optional
+            Those to return [us]; by default all.
+        """
+        times = {
+            exposure.time
+            for case in self.cases
+            if case.case.measured is not None
+            for exposure in case.case.measured.exposures
+        }
+        return sorted(
+            time
+            for time in times
+            if not chosen or any(math.isclose(1e6 * time, t) for t in chosen)
+        )
+
 
 def load_study(path: Path) -> Study:
     """Read a study and make all of its cases.
@@ -319,7 +355,11 @@ def load_study(path: Path) -> Study:
     if problems:
         first = Problem("the cases of this study are not sound:", file=str(path))
         raise CaseError([first, *problems.values()])
-    return Study(path, file, tuple(cases))
+    study = Study(path, file, tuple(cases))
+    if file.figure is not None and not study.times(file.figure.exposures):
+        text = "no case has a measured exposure that is to be drawn"
+        raise CaseError([Problem(text, file=str(path), key="figure")])
+    return study
 
 
 def _read_file(path: Path) -> StudyFile:

@@ -24,24 +24,21 @@ TOTALS: dict[RangeClock, str] = {
 }
 """Column of the total error for each reading of the clock."""
 
-_DIGITS = 1e-9
-# Relative; values that agree to rounding are the same.
-
 
 class RangeCell(NamedTuple):
-    """A combination of settings for which the source gives a range of one more.
+    """A combination of settings for which the paper gives a range of one more.
 
     Attributes
     ----------
     at : dict
-        The combination, by parameter.
+        The combination, by parameter, as in the table.
     ours : str
         Values whose total error is below the limit, such as ``2.5-7.0``, ``3.5-``,
         ``1.0, 2.0-3.0`` or ``none``.
     paper : str
-        The source's range, written alike.
+        The paper's range, written alike.
     both, ours_only, paper_only, neither : int
-        Values below the limit here and in the source, here alone, there alone, and
+        Values below the limit here and in the paper, here alone, there alone, and
         nowhere. Those without a run are in none of them.
     """
 
@@ -65,14 +62,14 @@ class RangeCell(NamedTuple):
 
 
 class Agreement(NamedTuple):
-    """How far the settings below the limit are those of the source.
+    """How far the settings below the limit are those of the paper.
 
     Attributes
     ----------
     clock : str
         The reading of the clock.
     cells : tuple of RangeCell
-        In the order of the source's ranges.
+        In the order of the paper's ranges.
     """
 
     clock: RangeClock
@@ -95,7 +92,7 @@ class Agreement(NamedTuple):
 
 
 def agreement(study: Study, rows: Sequence[Row], clock: RangeClock) -> Agreement:
-    """Compare the settings with an error below the limit with the source's ranges.
+    """Compare the settings with an error below the limit with the paper's ranges.
 
     The ends of a range belong to it, though Lee's table 5 prints ``5.0 < alpha``: the
     authors choose 5.0 as an example from that very range, and a range that begins
@@ -105,7 +102,7 @@ def agreement(study: Study, rows: Sequence[Row], clock: RangeClock) -> Agreement
     Parameters
     ----------
     study : Study
-        With ranges of a source.
+        With ranges of a paper.
     rows : sequence of dict
         From `collect`.
     clock : str
@@ -127,7 +124,7 @@ def _cell(
     parameter = str(study.file.paper.parameter)
     limit = float(study.file.paper.limit_percent or 0.0)
     here = sorted(
-        (row for row in rows if all(_same(row[k], v) for k, v in wanted.at.items())),
+        (row for row in rows if all(row[k] == v for k, v in wanted.at.items())),
         key=lambda row: float(row[parameter]),
     )
     found = [(row[parameter], _below(row, clock, limit)) for row in here]
@@ -135,7 +132,7 @@ def _cell(
         (ours, in_range(value, wanted)) for value, ours in found if ours is not None
     ]
     return RangeCell(
-        at=dict(wanted.at),
+        at={name: here[0][name] if here else at for name, at in wanted.at.items()},
         ours=_pieces(found),
         paper=range_text(wanted),
         both=pairs.count((True, True)),
@@ -143,10 +140,6 @@ def _cell(
         paper_only=pairs.count((False, True)),
         neither=pairs.count((False, False)),
     )
-
-
-def _same(a: float, b: float) -> bool:
-    return math.isclose(a, b, rel_tol=_DIGITS)
 
 
 def _below(row: Mapping[str, Any], clock: RangeClock, limit: float) -> bool | None:
@@ -158,16 +151,15 @@ def _below(row: Mapping[str, Any], clock: RangeClock, limit: float) -> bool | No
 
 
 def in_range(value: float, given: PaperRange) -> bool:
-    """Say whether a value is in a source's range; its ends are."""
+    """Say whether a value is in a paper's range; its ends are."""
     if given.low is None and given.high is None:
         return False
-    slack = _DIGITS * abs(value)
-    above = given.low is None or value >= given.low - slack
-    return above and (given.high is None or value <= given.high + slack)
+    above = given.low is None or value >= given.low
+    return above and (given.high is None or value <= given.high)
 
 
 def range_text(given: PaperRange) -> str:
-    """Return a source's range as text."""
+    """Return a paper's range as text."""
     if given.low is None and given.high is None:
         return "none"
     ends = ["" if end is None else str(end) for end in (given.low, given.high)]
@@ -177,7 +169,7 @@ def range_text(given: PaperRange) -> str:
 def _pieces(found: Sequence[tuple[float, bool | None]]) -> str:
     """Return the values that are below the limit as ranges, in order.
 
-    A piece that reaches the last value is open, as the source's are. A value that is
+    A piece that reaches the last value is open, as the paper's are. A value that is
     not known ends a piece.
     """
     if all(below is None for _, below in found):
@@ -216,28 +208,25 @@ def ranges_markdown(study: Study, agreements: Sequence[Agreement]) -> str:
     """
     labels = {p.name: p.label or p.name for p in study.file.parameters}
     names = list(agreements[0].cells[0].at)
-    head = [*(labels[name] for name in names), "source"]
-    lines = [[*head, *(a.clock for a in agreements)], ["---"] * (len(head) + 3)]
-    lines[1] = lines[1][: len(lines[0])]
+    head = [*(labels[name] for name in names), "paper", *(a.clock for a in agreements)]
+    lines = [head, ["---"] * len(head)]
     for cells in zip(*(a.cells for a in agreements), strict=True):
         own = [f"{c.ours} ({c.alike}/{c.compared})" for c in cells]
-        at = [f"{cells[0].at[name]:g}" for name in names]
+        at = [str(cells[0].at[name]) for name in names]
         lines.append([*at, cells[0].paper, *own])
     totals = [f"{a.alike}/{a.compared} = {100 * a.fraction:.0f} %" for a in agreements]
     lines.append(["all", *[""] * len(names), *totals])
-    limit, label = (
-        study.file.paper.limit_percent,
-        labels[study.file.paper.parameter or ""],
-    )
+    paper = study.file.paper
     intro = (
-        f"Values of {label} with a total error below {limit:g} %; in brackets, how "
-        "many of the values compared are on the same side as in the paper.\n\n"
+        f"Values of {labels[str(paper.parameter)]} with a total error below "
+        f"{paper.limit_percent:g} %; in brackets, how many of the values compared are "
+        "on the same side as in the paper.\n\n"
     )
     return intro + "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 def write_ranges(study: Study, root: Path, rows: Sequence[Row]) -> Path | None:
-    """Write the ranges beside the source's, as CSV and as Markdown.
+    """Write the ranges beside the paper's, as CSV and as Markdown.
 
     Parameters
     ----------
@@ -251,7 +240,7 @@ def write_ranges(study: Study, root: Path, rows: Sequence[Row]) -> Path | None:
     -------
     Path or None
         The CSV file, with a row for each cell and reading of the clock; None where the
-        source gives no ranges.
+        paper gives no ranges.
 
     Raises
     ------

@@ -19,7 +19,6 @@ from mpisph.study.axes import (
     same_time,
     size_column,
     status_note,
-    times_drawn,
     value_at,
 )
 from mpisph.study.model import FigureSpec, PaperValue, Study, Value
@@ -87,7 +86,7 @@ def shots_figure(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> ShotsFi
 def _shots(study: Study, spec: FigureSpec) -> list[_Shot]:
     """Return each variant with each of its exposures that is drawn."""
     names = dict(zip(*axis_of(study, "variant")[2:], strict=True))
-    times = times_drawn(study, spec)
+    times = study.times(spec.exposures)
     found = {
         (case.variant, exposure.time): _Shot(
             case.variant, names.get(case.variant, ""), exposure
