@@ -16,7 +16,7 @@ from mpisph.figures.style import DPI, WIDTH
 MARKERS = ("o", "s", "^", "D", "v", "P", "<", "p", ">", "h")
 """Markers beside the colours of lines or dots; x is for unstable runs."""
 
-_NOTE_WIDTH = 122
+_NOTE_WIDTH = 112
 _NOTE_LINE = 0.135
 # Letters in a line of the note below a figure, and height of a line [in].
 
