@@ -36,7 +36,12 @@ def set_titles(axes: Axes, title: str, heading: str, first: bool) -> None:
     room = "\n" * bool(heading)
     columns = axes.get_gridspec().ncols  # type: ignore[union-attr]
     size = 9 if columns < 4 else 8
-    axes.set_title(f"{room}{title}", fontsize=size, linespacing=1.5, parse_math=False)
+    axes.set_title(
+        f"{room}{title}",
+        fontsize=size,
+        linespacing=1.5 if heading else 1.2,
+        parse_math=False,
+    )
     if heading and first:
         lines = 1 + title.count("\n") if title else 0
         axes.annotate(

@@ -102,7 +102,8 @@ def _alike(study: Study, rows: Sequence[Row], clock: Clock) -> str:
     found = agreement(study, rows, clock)
     if not found.compared:
         return ""
-    return f": {100 * found.fraction:.0f} % of the cells as in the paper"
+    percent = f"{100 * found.fraction:.0f} %"
+    return f": {percent} of {found.compared} cells as in the paper"
 
 
 def _note(study: Study, rows: Sequence[Row]) -> str:

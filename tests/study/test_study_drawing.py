@@ -216,10 +216,8 @@ def test_a_map_is_in_ascending_order_beside_the_papers_ranges(tmp_path):
     np.testing.assert_array_equal(offset.panels[0].errors, wanted + 100.0)
     assert nominal.panels[0].ranges == [(1.0, math.inf), ()]
     # All six as in the paper; with the offset the three of the second column.
-    assert (
-        nominal.heading == "nominal exposure time: 100 % of the cells as in the paper"
-    )
-    assert offset.heading == "+1.05 µs clock offset: 50 % of the cells as in the paper"
+    assert nominal.heading == "nominal exposure time: 100 % of 6 cells as in the paper"
+    assert offset.heading == "+1.05 µs clock offset: 50 % of 6 cells as in the paper"
 
 
 def test_a_map_without_ranges_has_none(tmp_path):
