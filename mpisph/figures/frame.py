@@ -22,7 +22,15 @@ _NOTE_LINE = 0.135
 
 
 def new_figure(height: float, title: str) -> Figure:
-    """Return a figure [in] with a title."""
+    """Return a figure with a title.
+
+    Parameters
+    ----------
+    height : float
+        Without what `finish` adds [in].
+    title : str
+        Plain text; it is wrapped.
+    """
     figure = Figure(figsize=(WIDTH, height), dpi=DPI)
     FigureCanvasAgg(figure)
     # A dollar sign of the user's title begins no formula.
@@ -32,7 +40,18 @@ def new_figure(height: float, title: str) -> Figure:
 
 
 def set_titles(axes: Axes, title: str, heading: str, first: bool) -> None:
-    """Give a panel its title, and the first of a band the band's heading above it."""
+    """Give a panel its title, and the first of a band the band's heading above it.
+
+    Parameters
+    ----------
+    axes : Axes
+    title : str
+        Of the panel.
+    heading : str
+        Of its band; all panels leave room for it.
+    first : bool
+        Whether the panel is the first of its band.
+    """
     room = "\n" * bool(heading)
     columns = axes.get_gridspec().ncols  # type: ignore[union-attr]
     size = 9 if columns < 4 else 8
@@ -68,6 +87,28 @@ def finish(
     """Add the legend and the note at the foot of a figure, and write it.
 
     The figure grows by what they need, so that its axes keep their height.
+
+    Parameters
+    ----------
+    figure : Figure
+        From `new_figure`.
+    handles : sequence of artists
+        Entries of the legend, with their labels.
+    note : str
+        Plain text; it is wrapped.
+    out_png : Path
+        Its folder is made where it is missing.
+    legend_title : str, optional
+
+    Returns
+    -------
+    Path
+        The figure.
+
+    Raises
+    ------
+    OSError
+        If the figure cannot be written.
     """
     legend = _widest_legend(figure, handles, legend_title)
     lines = textwrap.wrap(note, _NOTE_WIDTH)

@@ -122,7 +122,8 @@ def _draw_dots(axes: Axes, data: ShotsFigure, quantity: int) -> None:
 def _shot_looks(data: ShotsFigure) -> list[dict[str, Any]]:
     looks: list[dict[str, Any]] = []
     for k, series in enumerate(data.series):
-        look = {"color": BODY_COLOURS[k % len(BODY_COLOURS)], "marker": MARKERS[k]}
+        colour, marker = BODY_COLOURS[k % len(BODY_COLOURS)], MARKERS[k % len(MARKERS)]
+        look = {"color": colour, "marker": marker}
         if series.paper:
             look = {"color": "black", "marker": "D"}
         looks.append({**look, "markersize": 5.0, "zorder": 3})
