@@ -78,7 +78,7 @@ def study_run_command(
     part: tuple[int, int],
     walltime: float | None,
 ) -> None:
-    """Run all cases of STUDY that have not ended yet, then write its table.
+    """Run all cases of STUDY that have not ended yet, then write its tables and figure.
 
     The ranks of mpirun are divided into groups, each of which takes the next case.
     Runs are kept by what they compute: a study goes on where it was stopped, and
@@ -106,7 +106,7 @@ def study_run_command(
     click.echo(
         f"{study.name}: {outcome.completed} completed, {outcome.unstable} unstable, "
         f"{outcome.failed} failed, {outcome.left} left{elsewhere}\n"
-        f"table in {study_folder(root, study)}"
+        f"table and figure in {study_folder(root, study)}"
     )
     if outcome.stopped or outcome.left:
         raise click.exceptions.Exit(STOPPED)
@@ -122,10 +122,18 @@ def _load(study_file: Path) -> "Study":
 
 
 def _finish(study: "Study", root: Path, parquet: bool = False) -> Path:
-    """Write the table of a study; on rank 0."""
+    """Write the tables of a study, and draw its figure; on rank 0."""
+    from mpisph.study.best import write_best
+    from mpisph.study.drawing import draw_study
+    from mpisph.study.ranges import write_ranges
     from mpisph.study.table import collect, write_table
 
-    return write_table(study, root, collect(study, root), parquet)
+    rows = collect(study, root)
+    table = write_table(study, root, rows, parquet)
+    write_ranges(study, root, rows)
+    write_best(study, root, rows)
+    draw_study(study, rows, root)
+    return table
 
 
 @study_group.command("collect")
@@ -133,9 +141,31 @@ def _finish(study: "Study", root: Path, parquet: bool = False) -> Path:
 @root_option
 @click.option("--parquet", is_flag=True, help="Write a Parquet file as well.")
 def study_collect_command(study_file: Path, root: Path, parquet: bool) -> None:
-    """Write the table of STUDY (CSV), as far as its runs have come."""
+    """Write the tables of STUDY (CSV) and its figure, as far as its runs have come."""
     study = _load(study_file)
     click.echo(from_root(MPI.COMM_WORLD, lambda: _finish(study, root, parquet)))
+
+
+@study_group.command("draw")
+@study_argument
+@root_option
+def study_draw_command(study_file: Path, root: Path) -> None:
+    """Draw the figure of STUDY, as far as its runs have come."""
+    study = _load(study_file)
+    click.echo(from_root(MPI.COMM_WORLD, lambda: _draw(study, root)))
+
+
+def _draw(study: "Study", root: Path) -> Path:
+    """Draw the figure of a study; on rank 0."""
+    from mpisph.study.drawing import draw_study
+    from mpisph.study.table import collect
+
+    figure = draw_study(study, collect(study, root), root)
+    if figure is None:
+        described = study.file.figure is not None
+        why = f"no run is complete in {root}" if described else "expected [figure]"
+        raise MpisphError(f"{study.path}: nothing to draw: {why}")
+    return figure
 
 
 @study_group.command("status")

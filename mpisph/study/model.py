@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -45,6 +45,13 @@ class Parameter(FrozenModel):
     """Unit of the values, where they are numbers; by default SI."""
     label: Description = ""
     """What it is called in figures; by default its name."""
+
+    @property
+    def numeric(self) -> bool:
+        """Whether all of its values are numbers."""
+        return all(
+            isinstance(v, int | float) and not isinstance(v, bool) for v in self.values
+        )
 
 
 class Derived(FrozenModel):
@@ -87,6 +94,17 @@ class FigureSpec(FrozenModel):
     """What is drawn."""
     exposures: tuple[float, ...] = ()
     """Nominal times of the exposures drawn [us]; by default all."""
+    clocks: Annotated[
+        tuple[Literal["nominal", "offset"], ...], Field(min_length=1, max_length=2)
+    ] = ("nominal", "offset")
+    """Readings of the clock that are drawn; `convergence` takes the last."""
+    x_scale: Literal["linear", "log"] = "linear"
+    """Scale of the horizontal axis, where it shows numbers."""
+
+    def axes(self) -> dict[str, str]:
+        """Return the parameter, or ``variant``, of each axis that is given."""
+        named = {"x": self.x, "lines": self.lines, "panels": self.panels}
+        return {key: name for key, name in named.items() if name is not None}
 
 
 class PaperRange(FrozenModel):
@@ -125,6 +143,13 @@ class Paper(FrozenModel):
     values: tuple[PaperValue, ...] = ()
     """Single figures."""
 
+    @model_validator(mode="after")
+    def _check(self) -> Paper:
+        """Check that it is said what the ranges are of."""
+        if self.ranges and (self.parameter is None or self.limit_percent is None):
+            raise ValueError("ranges need parameter and limit_percent")
+        return self
+
 
 class StudyFile(FrozenModel):
     """A study, as its file describes it."""
@@ -145,6 +170,9 @@ class StudyFile(FrozenModel):
     """Cases that are crossed with the parameters."""
     figure: FigureSpec | None = None
     """How it is drawn."""
+    clock_from: Identifier | None = None
+    """Variant on whose runs alone the clock's offset is fitted when settings are
+    judged over all variants; see `best`."""
     paper: Paper = Paper()
     """What the source gives in numbers."""
 
@@ -171,6 +199,45 @@ class StudyFile(FrozenModel):
         count = self.count
         if count > MOST_CASES:
             raise ValueError(f"{count} cases; expected at most {MOST_CASES}")
+        if self.clock_from not in {None, *(v.name for v in self.variants)}:
+            raise ValueError(f"clock_from: no variant {self.clock_from}")
+        self._check_ranges()
+        return self
+
+    def _check_ranges(self) -> None:
+        """Check that the paper's ranges are of numbers that are varied."""
+        numbers = {p.name for p in self.parameters if p.numeric}
+        for given in self.paper.ranges:
+            for name in (str(self.paper.parameter), *given.at):
+                if name not in numbers:
+                    raise ValueError(f"paper: no parameter {name} with numbers")
+            if given.at.keys() != self.paper.ranges[0].at.keys():
+                raise ValueError("paper: all ranges need the same parameters")
+
+    @model_validator(mode="after")
+    def _check_figure(self) -> StudyFile:
+        """Check that the figure has a place for all that is varied."""
+        if self.figure is None:
+            return self
+        axes, kind = self.figure.axes(), self.figure.kind
+        numbers = {p.name for p in self.parameters if p.numeric}
+        needed = {"lines": ("x",), "map": ("x", "lines"), "convergence": ("x",)}
+        for key in needed.get(kind, ()):
+            if key not in axes:
+                raise ValueError(f"figure: a figure of kind {kind} needs {key}")
+        for key, name in axes.items():
+            if name not in {"variant", *(p.name for p in self.parameters)}:
+                raise ValueError(f"figure.{key}: no parameter {name}")
+        if kind == "convergence" and axes["x"] not in numbers:
+            raise ValueError(f"figure.x: expected numbers, but {axes['x']} has names")
+        if len(set(axes.values())) < len(axes):
+            raise ValueError("figure: two axes stand for the same")
+        varied = {p.name for p in self.parameters if len(p.values) > 1}
+        varied |= {"variant"} if len(self.variants) > 1 else set()
+        drawn = {*axes.values(), *(["variant"] if kind == "shots" else [])}
+        lost = sorted(varied - drawn)
+        if lost:
+            raise ValueError(f"figure: no axis stands for {lost[0]}, which is varied")
         return self
 
     @property
@@ -231,6 +298,26 @@ class Study(NamedTuple):
         """Name of the study: that of its file without the ending."""
         return self.path.stem
 
+    def times(self, chosen: Sequence[float] = ()) -> list[float]:
+        """Return the nominal times of the exposures of all cases [s], in order.
+
+        Parameters
+        ----------
+        chosen : sequence of float, optional
+            Those to return [us]; by default all.
+        """
+        times = {
+            exposure.time
+            for case in self.cases
+            if case.case.measured is not None
+            for exposure in case.case.measured.exposures
+        }
+        return sorted(
+            time
+            for time in times
+            if not chosen or any(math.isclose(1e6 * time, t) for t in chosen)
+        )
+
 
 def load_study(path: Path) -> Study:
     """Read a study and make all of its cases.
@@ -268,7 +355,11 @@ def load_study(path: Path) -> Study:
     if problems:
         first = Problem("the cases of this study are not sound:", file=str(path))
         raise CaseError([first, *problems.values()])
-    return Study(path, file, tuple(cases))
+    study = Study(path, file, tuple(cases))
+    if file.figure is not None and not study.times(file.figure.exposures):
+        text = "no case has a measured exposure that is to be drawn"
+        raise CaseError([Problem(text, file=str(path), key="figure")])
+    return study
 
 
 def _read_file(path: Path) -> StudyFile:
