@@ -11,6 +11,7 @@ from launch import TOP, environment
 
 from mpisph.case import load_case
 from mpisph.cli import cli
+from mpisph.study.model import load_study
 
 README = (TOP / "README.md").read_text(encoding="utf-8")
 ROW = re.compile(
@@ -60,9 +61,13 @@ def test_commands_and_options_exist():
     commands = set(re.findall(r"\bmpisph ([a-z]+)\b(?= (?:CASE|RUN|cases)|  )", README))
     assert {"run", "schema", "figures", "clock", "bench"} <= commands
     assert commands <= set(cli.commands)
-    for name in re.findall(r"\bmpisph cache ([a-z]+)", README):
-        assert name in cli.commands["cache"].commands
-    options = {o for c in cli.commands.values() for p in c.params for o in p.opts}
+    for group in ("cache", "study"):
+        named = set(re.findall(rf"\bmpisph {group} ([a-z]+)", README))
+        assert named
+        assert named <= set(cli.commands[group].commands)
+    every = [*cli.commands.values()]
+    every += [c for group in every for c in getattr(group, "commands", {}).values()]
+    options = {o for c in every for p in c.params for o in p.opts}
     foreign = {"--array", "--kill-on-bad-exit"}  # of sbatch and srun
     assert set(re.findall(r"(?<=\s)--[a-z-]+", README)) <= options | foreign
 
@@ -75,7 +80,7 @@ def test_files_that_the_readme_names_exist():
 
 
 def test_the_example_case_is_whole(tmp_path):
-    section, text = re.findall(r"```toml\n(.*?)```", README, re.S)
+    section, _, text = re.findall(r"```toml\n(.*?)```", README, re.S)
     path = tmp_path / "case.toml"
     path.write_text(text)
     case = load_case(path, ["bodies.rod.velocity=5 km/s"])
@@ -85,6 +90,28 @@ def test_the_example_case_is_whole(tmp_path):
     path.write_text(text + section)
     checkpoints = load_case(path).checkpoints
     assert (checkpoints.wall_interval, checkpoints.interval) == (1800.0, 1e-6)
+
+
+def test_the_example_study_is_whole(tmp_path):
+    _, text, _ = re.findall(r"```toml\n(.*?)```", README, re.S)
+    path = tmp_path / "study.toml"
+    path.write_text(text.replace('"cases/', f'"{TOP}/cases/'))
+    study = load_study(path)
+    assert len(study.cases) == 9
+    viscosities = [c.case.scheme.viscosity for c in study.cases]
+    assert all(v.alpha == v.beta for v in viscosities)
+
+
+def test_the_studies_and_their_sizes_are_those_shipped():
+    rows = re.findall(r"^\| (`[a-z0-9`, -]+) \| ([\d, each]+) \|", README, re.M)
+    named = {}
+    for names, sizes in rows:
+        found = re.findall(r"`([\w-]+)`", names)
+        numbers = list(map(int, re.findall(r"\d+", sizes)))
+        named |= dict(zip(found, numbers * (len(found) // len(numbers)), strict=True))
+    files = {p.stem: p for p in (TOP / "cases/studies").glob("*.toml")}
+    del files["claims"]
+    assert named == {name: len(load_study(path).cases) for name, path in files.items()}
 
 
 def test_the_python_example_runs(tmp_path):
