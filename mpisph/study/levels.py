@@ -1,7 +1,6 @@
 """The figure of a study over resolutions, made ready for `figures`."""
 
 import math
-import re
 from collections.abc import Sequence
 
 from mpisph.convergence import converge
@@ -19,7 +18,7 @@ from mpisph.study.axes import (
     value_at,
 )
 from mpisph.study.model import FigureSpec, Study, Value
-from mpisph.study.table import CLOCKS, Row, columns, time_label
+from mpisph.study.table import CLOCKS, Row, time_label
 
 
 def convergence_panels(
@@ -28,8 +27,7 @@ def convergence_panels(
     """Return what is drawn of quantities against resolution.
 
     They are those at the earliest exposure, by the last of the figure's clocks: R_b and
-    L_b, outermost and robust, front velocity, mass of the cloud, and the hole's
-    diameter where the table has it.
+    L_b, outermost and robust, front velocity, mass of the cloud, and the hole.
 
     Parameters
     ----------
@@ -47,7 +45,7 @@ def convergence_panels(
     x, lines = axis_of(study, spec.x), axis_of(study, spec.lines)
     table = by_axes(rows, (x, lines))
     panels = []
-    for label, unit, column, measured in _quantities(study, spec, rows):
+    for label, unit, column, measured in _quantities(study, spec):
         series = []
         for line, name in zip(lines.values, lines.titles(), strict=True):
             values = [value_at(table.get((at, line)), column) for at in x.values]
@@ -59,7 +57,7 @@ def convergence_panels(
 
 
 def _quantities(
-    study: Study, spec: FigureSpec, rows: Sequence[Row]
+    study: Study, spec: FigureSpec
 ) -> list[tuple[str, str, str, dict[Value, float]]]:
     """Return label, unit, column, and what was measured of each variant."""
     time = study.times(spec.exposures)[0]
@@ -74,8 +72,8 @@ def _quantities(
         found.append((f"{at}, robust", "mm", robust, sizes))
     found.append(("front velocity", "km/s", f"front_velocity_{where}_km_per_s", {}))
     found.append(("mass of the cloud", "g", f"cloud_mass_{where}_g", {}))
-    holes = [c for c in columns(rows) if re.fullmatch(r"hole_diameter_(.*_)?mm", c)]
-    found += [("diameter of the hole", "mm", hole, {}) for hole in holes[:1]]
+    found.append(("hole between the faces", "mm", f"hole_{where}_mm", {}))
+    found.append(("hole through the lips", "mm", f"hole_opening_{where}_mm", {}))
     return found
 
 

@@ -297,7 +297,7 @@ def test_quantities_over_resolution_are_at_the_offset_time():
     rows = table(study, value, lambda row: "to do" if row["npr"] == 80 else "completed")
     for row in rows[:3]:
         row["front_velocity_6us_offset_km_per_s"] = 6.0 + row["npr"]
-        row["hole_diameter_6us_offset_mm"] = 20.0 + row["npr"]
+        row["hole_opening_6us_offset_mm"] = 20.0 + row["npr"]
     panels = convergence_panels(study, study.file.figure, rows)
     assert [(panel.quantity, panel.unit) for panel in panels] == [
         ("$R_b$ at 7.05 µs, outermost", "mm"),
@@ -305,7 +305,7 @@ def test_quantities_over_resolution_are_at_the_offset_time():
         ("$L_b$ at 7.05 µs, outermost", "mm"),
         ("$L_b$ at 7.05 µs, robust", "mm"),
         ("front velocity", "km/s"),
-        ("diameter of the hole", "mm"),
+        ("hole through the lips", "mm"),
     ]
     first = [panel.series[0] for panel in panels]
     assert [s.name for s in panels[0].series] == [
