@@ -100,7 +100,7 @@ def reach(h: FloatArray, kappa: float) -> FloatArray:
     return (0.5 * kappa * (1.0 + SLACK)) * h
 
 
-def claim(p: Particles, kappa: float, dt: float) -> FloatArray:
+def claim(p: Particles, kappa: float, dt: float, kick: float = 0.5) -> FloatArray:
     """Return the box that holds those of the owned particles after a step.
 
     A particle that the step carries across the axis is put back at the same distance
@@ -113,6 +113,8 @@ def claim(p: Particles, kappa: float, dt: float) -> FloatArray:
         Cut of the kernel.
     dt : float
         Upper bound of the coming step [s].
+    kick : float, optional
+        Part of it by which velocities advance before the positions do.
 
     Returns
     -------
@@ -121,7 +123,7 @@ def claim(p: Particles, kappa: float, dt: float) -> FloatArray:
     """
     box: FloatArray = _claim(
         p.r, p.z, p.h, p.u_r, p.u_z, p.du_r, p.du_z, p.dh,
-        0.5 * kappa * (1.0 + SLACK), dt,
+        0.5 * kappa * (1.0 + SLACK), dt, kick,
     )  # fmt: skip
     return box
 
@@ -130,12 +132,13 @@ def claim(p: Particles, kappa: float, dt: float) -> FloatArray:
 def _claim(
     r: FloatArray, z: FloatArray, h: FloatArray, u_r: FloatArray, u_z: FloatArray,
     du_r: FloatArray, du_z: FloatArray, dh: FloatArray, reach_h: float, dt: float,
+    part: float,
 ) -> FloatArray:  # fmt: skip
     box = NOTHING.copy()
     for i in range(r.size):
         half = reach_h * (h[i] + dt * abs(dh[i]))
-        along_r = half + dt * (abs(u_r[i]) + 0.5 * dt * abs(du_r[i]))
-        along_z = half + dt * (abs(u_z[i]) + 0.5 * dt * abs(du_z[i]))
+        along_r = half + dt * (abs(u_r[i]) + part * dt * abs(du_r[i]))
+        along_z = half + dt * (abs(u_z[i]) + part * dt * abs(du_z[i]))
         box[0] = min(box[0], z[i] - along_z)
         box[1] = max(box[1], z[i] + along_z)
         box[2] = min(box[2], r[i] - along_r)

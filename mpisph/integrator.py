@@ -1,8 +1,9 @@
 """Second-order stepping with one evaluation of rates a step (R11).
 
 Kick by half a step, drift, predict to the full step; the rates are evaluated there;
-kick by the other half. All passes are elementwise, so they have the same bits however
-the particles are spread over ranks.
+kick by the other half. To compare with, a kick by the whole step before the drift gives
+first order (the semi-implicit Euler method). All passes are elementwise, so they have
+the same bits however the particles are spread over ranks.
 """
 
 import numpy as np

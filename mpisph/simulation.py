@@ -339,7 +339,8 @@ def _scales(case: Case, initial: InitialParticles) -> Scales:
 def step_rule(case: Case) -> StepRule:
     """Return how the case's steps follow from the limits."""
     longest = math.inf if case.time.dt is None else case.time.dt
-    return StepRule(case.time.step == "fixed", longest, case.time.cfl)
+    kick = 0.5 if case.time.order == 2 else 1.0
+    return StepRule(case.time.step == "fixed", longest, case.time.cfl, kick)
 
 
 def _bounds(case: Case, energy: float) -> Bounds:
@@ -434,13 +435,15 @@ def advance(sim: Simulation, dt: float, claims: FloatArray) -> None:
         From the survey before this step.
     """
     p = sim.particles
+    before = step_rule(sim.case).kick * dt
+    after = dt - before
     with sim.phases.measure("stepping"):
-        kick(p, 0.5 * dt)
+        kick(p, before)
         drift(p, dt)
-        predicted = predict(p, 0.5 * dt)
+        predicted = predict(p, after)
     evaluate_rates(sim, predicted, claims, dt)
     with sim.phases.measure("stepping"):
-        kick(p, 0.5 * dt)
+        kick(p, after)
     with sim.phases.measure("materials"):
         respond(p, sim.table, sim.scheme)
     sim.time += dt

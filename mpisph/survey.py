@@ -103,7 +103,7 @@ def take_survey(
     record = np.empty(HEAD + N_SUMS * CHUNKS)
     record[0] = limit
     record[1] = p.id[where] if where >= 0 else -1
-    record[2:6] = claim(p, scheme.kappa, rule.allowed(limit))
+    record[2:6] = claim(p, scheme.kappa, rule.allowed(limit), rule.kick)
     record[6] = work_of(p.neighbours).sum()
     record[7:9] = fault, fault_id
     record[9:11] = local_extent(p, cloud)

@@ -94,11 +94,15 @@ class StepRule(NamedTuple):
         The fixed step, or a cap, may be infinite [s].
     courant : float
         Courant factor of an automatic step.
+    kick : float
+        Part of a step by which velocities advance before the positions do: half of it,
+        or with first-order stepping all.
     """
 
     fixed: bool
     longest: float
     courant: float
+    kick: float = 0.5
 
     def allowed(self, limit: float) -> float:
         """Return the step for the smallest `limit` [s] among some particles."""

@@ -342,6 +342,10 @@ def test_claim_covers_a_step():
     along_z, along_r = 1.575 + 0.215, 1.575 + 0.405
     want = np.array([-along_z, along_z, 10.0 - along_r, 10.0 + along_r])
     assert claim(p, KAPPA, 0.1) == approx(want, rel=1e-8)
+    # With the whole kick before the drift, 0.1 (2 + 0.3) and 0.1 (4 + 0.1).
+    along_z, along_r = 1.575 + 0.23, 1.575 + 0.41
+    want = np.array([-along_z, along_z, 10.0 - along_r, 10.0 + along_r])
+    assert claim(p, KAPPA, 0.1, 1.0) == approx(want, rel=1e-8)
 
 
 def test_claim_of_nothing_meets_nothing():

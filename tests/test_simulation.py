@@ -61,9 +61,10 @@ def assert_equal_on_root(comm, mine, reference):
         ("scheme.self_term=false", "scheme.viscosity.form=printed"),
         # Far beyond the stable step: particles move a spacing and more within one.
         ("time.step=fixed", "time.dt=60 ns"),
+        ("time.order=1",),
         ("scheme.eos=tillotson", "scheme.smoothing=classic", "scheme.p_min.mode=zero"),
     ],
-    ids=["auto", "z", "zr", "printed", "fixed", "tillotson"],
+    ids=["auto", "z", "zr", "printed", "fixed", "first-order", "tillotson"],
 )
 def test_any_number_of_ranks_gives_the_same_bits(overrides):
     comm = MPI.COMM_WORLD

@@ -120,6 +120,8 @@ class TimeStepping(FrozenModel):
     """Fraction of the stability limits that an automatic step takes."""
     dt: PositiveTime | None = None
     """The fixed step; with automatic steps an upper limit."""
+    order: Annotated[int, Strict(), Field(ge=1, le=2)] = 2
+    """Order of the stepping; the first conserves no energy and is there to compare."""
 
 
 class Output(FrozenModel):

@@ -73,6 +73,14 @@ def test_unstable_regions():
     assert words(set()).word == "not reproduced"
 
 
+def test_a_front_that_is_too_fast_counts_as_unstable():
+    rows = [row(alpha=1.0, front=7.0), row(alpha=2.0, front=6.0)]
+    attempt = {"check": "unstable", "regions": ({"at": {"alpha": 1.0}},)}
+    assert verdict(rows, **attempt).word == "not reproduced"
+    fast = verdict(rows, **attempt, columns=("front",), limit=6.5)
+    assert fast.word == "reproduced"
+
+
 @pytest.mark.parametrize(("check", "sign"), [("falls", -1.0), ("grows", 1.0)])
 def test_monotone(check, sign):
     def word(L_b):
