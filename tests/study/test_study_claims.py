@@ -6,6 +6,7 @@ import pytest
 from launch import CASES
 from mpi4py import MPI
 from rich.console import Console
+from studies import ALPHA, small_study
 
 from mpisph.errors import CaseError, MpisphError
 from mpisph.study.claims import (
@@ -296,13 +297,8 @@ def test_an_unknown_check_or_key_is_named(tmp_path):
 
 
 def test_a_claim_is_answered_from_runs(tmp_path):
-    (tmp_path / "small.toml").write_text(
-        f'title = "small"\nbase = "{CASES / "piekutowski-4-1353.toml"}"\n'
-        '[set]\n"output.every" = ""\n"output.figures" = false\n'
-        '"time.end" = "6 us"\n"resolution.npr" = 4\n"resolution.nph" = 2.5\n'
-        '[[parameters]]\nname = "alpha"\nkey = "scheme.viscosity.alpha"\n'
-        "values = [1.0, 9.0]\n"
-    )
+    text = small_study("6 us", nph=(2.5,)) + ALPHA.replace("2.5, 5.0", "1.0, 9.0")
+    (tmp_path / "small.toml").write_text(text)
     claims = tmp_path / "claims.toml"
     claims.write_text(
         'title = "claims"\nsource = "nobody"\n[[claims]]\nnumber = 1\n'

@@ -3,30 +3,10 @@
 import csv
 
 import pytest
-from launch import CASES, MPISPH, launch
+from launch import MPISPH, launch
+from studies import UNSTABLE, small_study
 
-TEXT = f"""
-title = "small"
-base = "{CASES / "piekutowski-4-1353.toml"}"
-
-[set]
-"output.every" = ""
-"output.figures" = false
-"time.end" = "0.2 us"
-"resolution.npr" = 4
-
-[[parameters]]
-name = "nph"
-key = "resolution.nph"
-values = [2.0, 2.5]
-
-[[variants]]
-name = "sound"
-
-[[variants]]
-name = "unstable"
-set = {{ "limits.energy_drift" = 1e-12 }}
-"""
+TEXT = small_study("0.2 us", variants=(("sound", ""), ("unstable", UNSTABLE)))
 
 
 @pytest.fixture(scope="module")

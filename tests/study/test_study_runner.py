@@ -7,11 +7,12 @@ import subprocess
 import time
 
 import pytest
-from launch import CASES, MPISPH, environment, launch
+from launch import MPISPH, environment, launch
 from mpi4py import MPI
 from oracles import agree
 from rich.console import Console
 from runs import slow_steps
+from studies import ALPHA, UNSTABLE, small_study
 
 from mpisph.collectives import from_root, on_root
 from mpisph.errors import MpisphError
@@ -22,28 +23,13 @@ from mpisph.study.runner import Outcome, Part, _to_do, run_study
 from mpisph.study.store import case_folder, counts, look_up_all
 from mpisph.study.table import collect
 
-TEXT = f"""
-title = "small"
-base = "{CASES / "piekutowski-4-1353.toml"}"
-
-[set]
-"output.every" = ""
-"output.figures" = false
-"time.end" = "0.3 us"
-"resolution.npr" = 4
-
-[[parameters]]
-name = "nph"
-key = "resolution.nph"
-values = [1.5, 2.0, 2.5]
-
-[[parameters]]
-name = "alpha"
-key = "scheme.viscosity.alpha"
-values = [2.5, 5.0]
-"""
-
-UNSTABLE = 'set = { "limits.energy_drift" = 1e-12 }'
+TEXT = small_study("0.3 us", nph=(1.5, 2.0, 2.5)) + ALPHA
+VARIED = (
+    small_study(
+        "0.3 us", nph=(1.5, 2.0, 2.5), variants=(("one", ""), ("two", UNSTABLE))
+    )
+    + ALPHA
+)
 
 
 def write_study(folder, text=TEXT):
@@ -54,14 +40,6 @@ def write_study(folder, text=TEXT):
 
 def study_in(comm, folder, text=TEXT):
     return from_root(comm, lambda: load_study(write_study(folder, text)))
-
-
-def with_variants(*settings):
-    names = ("one", "two", "three")
-    return TEXT + "".join(
-        f'\n[[variants]]\nname = "{name}"\n{setting}\n'
-        for name, setting in zip(names, settings, strict=False)
-    )
 
 
 def quiet():
@@ -120,7 +98,7 @@ def test_a_second_start_runs_nothing(mpi_tmp_path):
 @pytest.mark.mpi
 def test_neither_instability_nor_failure_stops_the_others(mpi_tmp_path):
     comm = MPI.COMM_WORLD
-    study = study_in(comm, mpi_tmp_path, with_variants("", UNSTABLE))
+    study = study_in(comm, mpi_tmp_path, VARIED)
     root = mpi_tmp_path / "runs"
     spoilt = case_folder(root, study.cases[2])
 

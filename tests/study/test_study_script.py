@@ -5,37 +5,19 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from launch import CASES, MPISPH
+from launch import MPISPH
 from mpi4py import MPI
 from rich.console import Console
 from runs import slow_steps
 from scheduler import Pbs, Slurm
+from studies import ALPHA, small_study
 
 from mpisph.status import read_status
 from mpisph.study.model import load_study
 from mpisph.study.runner import run_study
 from mpisph.study.table import collect
 
-TEXT = f"""
-title = "small"
-base = "{CASES / "piekutowski-4-1353.toml"}"
-
-[set]
-"output.every" = ""
-"output.figures" = false
-"time.end" = "0.4 us"
-"resolution.npr" = 4
-
-[[parameters]]
-name = "nph"
-key = "resolution.nph"
-values = [1.5, 2.0, 2.5]
-
-[[parameters]]
-name = "alpha"
-key = "scheme.viscosity.alpha"
-values = [2.5, 5.0]
-"""
+TEXT = small_study("0.4 us", nph=(1.5, 2.0, 2.5)) + ALPHA
 
 # In each start, time is up when two runs have ended.
 SHORT = """

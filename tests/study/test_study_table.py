@@ -7,9 +7,9 @@ import sys
 import numpy as np
 import pyarrow.parquet
 import pytest
-from launch import CASES
 from mpi4py import MPI
 from rich.console import Console
+from studies import UNSTABLE, small_study
 
 from mpisph.clock import fit_clock
 from mpisph.errors import MpisphError
@@ -23,30 +23,12 @@ from mpisph.study.runner import run_study
 from mpisph.study.store import case_folder
 from mpisph.study.table import collect, columns, total_error, write_table
 
-TEXT = f"""
-title = "small"
-base = "{CASES / "piekutowski-4-1353.toml"}"
-
-[set]
-"output.every" = ""
-"output.figures" = false
-"time.end" = "7.5 us"
-"measured.exposures.1.time" = "7 us"
-"measured.clock_offset" = "0.25 us"
-"resolution.npr" = 4
-
-[[parameters]]
-name = "nph"
-key = "resolution.nph"
-values = [2.0, 2.5]
-
-[[variants]]
-name = "sound"
-
-[[variants]]
-name = "unstable"
-set = {{ "limits.energy_drift" = 1e-12 }}
-"""
+TEXT = small_study(
+    "7.5 us",
+    '"measured.exposures.1.time" = "7 us"',
+    '"measured.clock_offset" = "0.25 us"',
+    variants=(("sound", ""), ("unstable", UNSTABLE)),
+)
 
 
 @pytest.fixture(scope="module")
