@@ -123,7 +123,7 @@ def draw_lines(data: LinesFigure, out_png: Path) -> Path:
     """
     columns = max(len(band.panels) for band in data.bands)
     strip = any(panel.unstable.any() for b in data.bands for panel in b.panels)
-    row_height = float(np.clip(0.8 * WIDTH / columns, 1.35, 2.2))
+    row_height = float(np.clip(1.1 * WIDTH / columns, 1.5, 2.2))
     strip_height = (0.12 + 0.05 * len(data.lines)) * strip
     heights = [row_height] * len(data.rows) + [strip_height] * strip
     extra = 0.35 + 0.3 * bool(data.bands[0].heading)
