@@ -510,13 +510,14 @@ def as_table(answers: Sequence[Answer]) -> Table:
 
 
 def as_markdown(answers: Sequence[Answer]) -> str:
-    """Return the verdicts as a table in Markdown."""
+    """Return the verdicts as a table in Markdown, and below it what was found."""
     lines = []
     for claim, verdicts in answers:
         first, *others = zip(claim.tries, verdicts, strict=True)
         lines.append(_line(f"{claim.number}. {claim.text}", *first))
         lines += [_line("", *other) for other in others]
-    return MARKDOWN_HEAD + "".join(lines)
+    findings = [f"- {c.number}: {c.finding}\n" for c, _ in answers if c.finding]
+    return MARKDOWN_HEAD + "".join(lines) + "\n" * bool(findings) + "".join(findings)
 
 
 def _line(text: str, attempt: Try, verdict: Verdict) -> str:
