@@ -32,7 +32,7 @@ class BestSet(NamedTuple):
         Offset of the clock, for all variants [us].
     fitted : bool
         Whether it is fitted on this set's run of the study's `clock_from`; else it is
-        that of its case.
+        that of its case, or one of the study's `clock_offsets`.
     errors : dict
         Signed errors of R_b and L_b [%] by column, such as
         ``shot-1283_R_b_6us_error_percent``; None where the run is not complete or ends
@@ -55,7 +55,8 @@ def best_sets(study: Study, rows: Sequence[Row], root: Path) -> list[BestSet]:
     """Judge every combination of parameters over all variants by one clock.
 
     The offset is fitted on the variant `clock_from` alone, for each combination on its
-    own run, and R_b and L_b of every variant are interpolated in the histories.
+    own run, and R_b and L_b of every variant are interpolated in the histories. Each
+    combination is judged by the study's `clock_offsets` as well.
 
     Parameters
     ----------
@@ -81,20 +82,40 @@ def best_sets(study: Study, rows: Sequence[Row], root: Path) -> list[BestSet]:
     groups: dict[tuple[Any, ...], list[tuple[StudyCase, Row]]] = {}
     for case, row in zip(study.cases, rows, strict=True):
         groups.setdefault(tuple(case.settings.values()), []).append((case, row))
-    sets = [_judge(study, root, group) for group in groups.values()]
+    sets = [s for group in groups.values() for s in _judge(study, root, group)]
     return sorted(
         sets, key=lambda s: math.inf if s.max_percent is None else s.max_percent
     )
 
 
-def _judge(study: Study, root: Path, group: Sequence[tuple[StudyCase, Row]]) -> BestSet:
-    """Return one combination's errors; `group` has its run of every variant."""
-    offset, fitted = _offset(study, group)
-    common = set.intersection(*({e.time for e in _exposures(c.case)} for c, _ in group))
+def _judge(
+    study: Study, root: Path, group: Sequence[tuple[StudyCase, Row]]
+) -> Iterator[BestSet]:
+    """Return one combination's errors by every clock.
+
+    `group` has the combination's run of each variant.
+    """
+    histories = [
+        _history(root, case) if row["status"] == "completed" else None
+        for case, row in group
+    ]
+    cases = [case for case, _ in group]
+    yield _judge_at(cases, histories, *_offset(study, group))
+    for offset in study.file.clock_offsets:
+        yield _judge_at(cases, histories, offset, False)
+
+
+def _judge_at(
+    cases: Sequence[StudyCase],
+    histories: Sequence[npt.NDArray[Any] | None],
+    offset: float,
+    fitted: bool,
+) -> BestSet:
+    """Return the errors of all variants by a clock with an offset [s]."""
+    common = set.intersection(*({e.time for e in _exposures(c.case)} for c in cases))
     errors: dict[str, float | None] = {}
     judged: list[float | None] = []
-    for case, row in group:
-        history = _history(root, case) if row["status"] == "completed" else None
+    for case, history in zip(cases, histories, strict=True):
         for name, time, measured, column in _figures(case.case):
             size = _size_at(history, time + offset, column)
             error = None if size is None else 100.0 * (size / measured - 1.0)
@@ -104,7 +125,7 @@ def _judge(study: Study, root: Path, group: Sequence[tuple[StudyCase, Row]]) -> 
     known = [abs(error) for error in judged if error is not None]
     complete = bool(known) and len(known) == len(judged)
     return BestSet(
-        settings=dict(group[0][0].settings),
+        settings=dict(cases[0].settings),
         offset_us=1e6 * offset,
         fitted=fitted,
         errors=errors,

@@ -21,6 +21,7 @@ from mpisph.materials.quantities import (
     FrozenModel,
     Identifier,
     Source,
+    TimeOffset,
     Title,
 )
 
@@ -173,6 +174,9 @@ class StudyFile(FrozenModel):
     clock_from: Identifier | None = None
     """Variant on whose runs alone the clock's offset is fitted when settings are
     judged over all variants; see `best`."""
+    clock_offsets: tuple[TimeOffset, ...] = ()
+    """Further offsets by which every combination is judged, such as one from a finer
+    run."""
     paper: Paper = Paper()
     """What the source gives in numbers."""
 

@@ -118,6 +118,21 @@ def test_largest_and_mean_are_of_absolute_errors(study, tmp_path):
     assert best.mean_percent == pytest.approx((10.0 + 2.0) / 4)
 
 
+def test_every_set_is_judged_by_the_stated_offsets_too(study, tmp_path):
+    rows = runs(study, tmp_path, offset=1.37e-6)
+    file = study.file.model_copy(update={"clock_offsets": (0.87e-6,)})
+    sets = best_sets(study._replace(file=file), rows, tmp_path)
+    assert len(sets) == 6
+    one = [s for s in sets if s.settings == {"alpha": 1.0}]
+    assert [s.fitted for s in one] == [True, False]
+    assert [s.offset_us for s in one] == pytest.approx([1.37, 0.87])
+    # Half a microsecond earlier, where R_b grows by 1 mm/us and L_b by 2.
+    wanted = {"R_b": -0.5 / 17.7, "L_b": -1.0 / 36.4}
+    for name, error in wanted.items():
+        found = one[1].errors[f"once_{name}_6us_error_percent"]
+        assert found == pytest.approx(100.0 * error)
+
+
 def test_without_a_fit_the_cases_own_offset_serves(study, tmp_path):
     rows = runs(study, tmp_path, offset=1.05e-6)
     for row in rows:
