@@ -6,7 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from mpisph.report.page import Figure, Notice, Table, embed_png
+from mpisph.report.page import NONE, Figure, Notice, Table, embed_png
 from mpisph.report.study_tables import (
     READINGS,
     agreement_table,
@@ -55,11 +55,11 @@ _WORD_BADGES: dict[Word, str] = {
 }
 
 _CAPTIONS = {
-    "lines": "Nominal times to the left or above, with the clock offset to the right or "
-    "below. Crosses at the foot of a panel: unstable runs.",
+    "lines": "Nominal times stand to the left or above, with the clock offset to the "
+    "right or below. Crosses at the foot of a panel: unstable runs.",
     "map": "A cell for each run: mean of the absolute errors of all measured figures.",
     "shots": "(computed − measured)/measured, for every measured figure.",
-    "convergence": "Resolutions lie at 1/NPR, so that the left edge is infinitely fine.",
+    "convergence": "Resolutions lie at 1/NPR, so that to the left all is finer.",
 }
 
 
@@ -97,7 +97,7 @@ class GridCell(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Ranges over two parameters.
+    """Ranges over one or two parameters.
 
     Attributes
     ----------
@@ -380,24 +380,27 @@ def _ranges_text(study: Study) -> str:
     label = axis_of(study, paper.parameter).label
     return (
         f"Values of {label} with a total error below {paper.limit_percent:g} %: bold "
-        "ours, below it the paper’s range, and how many of the values compared are "
-        "judged alike. The darker, the fewer are."
+        "ours, which end where a value has not been run; below it the paper’s range, "
+        "and how many of the values compared are judged alike. The darker, the fewer "
+        "are; grey: nothing to compare."
     )
 
 
 def _grid(study: Study, found: Agreement) -> Grid | None:
-    """Return the paper's ranges over two parameters; None where it is not two."""
-    if not found.cells or len(found.cells[0].at) != 2:
+    """Return the paper's ranges over one or two parameters; None for more."""
+    if not found.cells or len(found.cells[0].at) > 2:
         return None
-    down, across = (axis_of(study, name) for name in found.cells[0].at)
-    cells: dict[tuple[Value, ...], GridCell] = {
-        tuple(cell.at.values()): _grid_cell(cell) for cell in found.cells
-    }
+    names: list[str | None] = [*found.cells[0].at, None]
+    down, across = (axis_of(study, name) for name in names[:2])
+    cells: dict[tuple[Value, ...], GridCell] = {}
+    for cell in found.cells:
+        at: list[Value] = [*cell.at.values(), ""]
+        cells[tuple(at[:2])] = _grid_cell(cell)
     share_alike = share(found.alike, found.compared)
     alike = f"{found.alike} of {found.compared} alike, {share_alike}"
     return Grid(
         title=f"{READINGS[found.clock]}: ".capitalize() + alike,
-        corner=f"{down.label} \\ {across.label}",
+        corner=f"{down.label}\u00a0\\ {across.label}".removesuffix("\u00a0\\ "),
         columns=list(across.names),
         rows=[
             (name, [cells.get((value, other)) for other in across.values])
@@ -411,7 +414,8 @@ def _grid_cell(cell: RangeCell) -> GridCell:
     if cell.compared:
         shade = min(int(SHADES * cell.alike / cell.compared), SHADES - 1)
     alike = f"{cell.alike}/{cell.compared}" if cell.compared else ""
-    return GridCell(_range_words(cell.ours), _range_words(cell.paper), alike, shade)
+    ours = _range_words(cell.ours) if cell.compared else NONE
+    return GridCell(ours, _range_words(cell.paper), alike, shade)
 
 
 def _range_words(text: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from mpisph.case.sections import Exposure
 from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
 from mpisph.report.page import NONE, Link, Table
-from mpisph.report.run_tables import count, mm, signed, small
+from mpisph.report.run_tables import count, mm, small
 from mpisph.study.axes import Clock, axis_of, exposures, same_time, size_column
 from mpisph.study.best import BestSet
 from mpisph.study.model import Parameter, Study, StudyCase, Value
@@ -28,8 +28,8 @@ PAPER_NPH, PAPER_ALPHA, PAPER_BETA = 2.0, 5.0, 5.0
 
 READINGS: dict[RangeClock, str] = {
     "nominal": "nominal times",
-    "offset": "clock offset of the case",
-    "fitted": "clock offset fitted to each run",
+    "offset": "the case’s clock offset",
+    "fitted": "clock offset fitted by run",
 }
 """What the readings of the clock are called."""
 
@@ -71,7 +71,8 @@ def _parameter_rows(study: Study) -> Iterator[Cells]:
 
 def _label(parameter: Parameter) -> str:
     unit = f" [{parameter.unit}]" if parameter.unit else ""
-    return f"{parameter.label or parameter.name}{unit}"
+    label = (parameter.label or parameter.name).replace(" = ", "\u00a0=\u00a0")
+    return f"{label}{unit}"
 
 
 def _values(parameter: Parameter) -> str:
@@ -161,7 +162,9 @@ def settings_text(study: Study, row: Row) -> str:
     """
     axes = [axis_of(study, p.name) for p in study.file.parameters]
     titles = [
-        title
+        title.replace(f"{axis.label} ", f"{axis.label} = ", 1)
+        if "=" in axis.label and axis.numeric
+        else title
         for axis in axes
         for value, title in zip(axis.values, axis.titles(), strict=True)
         if value == row[axis.name]
@@ -188,18 +191,18 @@ def cases_table(study: Study, rows: Sequence[Row]) -> Table:
     totals = [clock for clock in TOTALS if _any(rows, TOTALS[clock])]
     heads = ["case", *["variant"] * bool(study.file.variants)]
     heads += [_label(p) for p in study.file.parameters]
-    heads += ["state", *(f"{q} {1e6 * t:g} µs {clock}" for q, t, clock in sizes)]
-    heads += [f"total error {clock}" for clock in totals]
+    heads += ["state", *(f"total error {clock} [%]" for clock in totals)]
+    heads += ["fitted offset [µs]"] * ("fitted" in totals)
+    heads += [f"{q} {1e6 * t:g} µs {clock}" for q, t, clock in sizes]
     ended = _any(rows, "steps")
-    heads += ["fitted offset [µs]"] * _any(rows, "fitted_offset_us")
     heads += ["energy error", "steps"] * ended
-    cells = [_case_row(study, row, sizes, totals, len(heads)) for row in rows]
+    cells = [_case_row(study, row, sizes, totals, ended) for row in rows]
     caption = (
-        "Sizes in mm by the cloud’s outermost particle, with the error against the "
-        "measurement; a total error is the mean of the absolute errors of all measured "
-        "figures. Offset: at the exposure time with the case’s clock offset added; "
-        "fitted: with the offset that suits this run best. A dash: not reached, or not "
-        "measured."
+        "Sizes in mm by the cloud’s outermost particle, in brackets the error against "
+        "the measurement in %; a total error is the mean of the absolute errors of all "
+        "measured figures. Offset: at the exposure time with the case’s clock offset "
+        "added; fitted: with the offset that suits this run best. A dash: not reached, "
+        "or not measured."
     )
     words = tuple(k for k, head in enumerate(heads) if head in {"variant", "state"})
     return Table("", tuple(heads), cells, caption * ended, numbers=True, words=words)
@@ -224,22 +227,22 @@ def _case_row(
     row: Row,
     sizes: Sequence[tuple[str, float, Clock]],
     totals: Sequence[RangeClock],
-    width: int,
+    ended: bool,
 ) -> Cells:
     cells = [str(row["case"])]
     if study.file.variants:
         cells.append(variant_names(study)[row["variant"]])
     cells += [value_text(row[p.name]) for p in study.file.parameters]
     cells.append(row["status"])
+    cells += [_number(row.get(TOTALS[clock]), ".1f") for clock in totals]
+    if "fitted" in totals:
+        cells.append(_number(row.get("fitted_offset_us"), ".2f"))
     cells += [_size(row, *what) for what in sizes]
-    cells += [percent(row.get(TOTALS[clock])) for clock in totals]
-    rest = [
-        _number(row.get("fitted_offset_us"), ".2f"),
-        _energy(row.get("energy_error")),
-        NONE if row.get("steps") is None else count(row["steps"]),
-    ]
-    missing = width - len(cells)
-    return (*cells, *rest[len(rest) - missing :])
+    if ended:
+        steps = row.get("steps")
+        cells.append(_energy(row.get("energy_error")))
+        cells.append(NONE if steps is None else count(steps))
+    return tuple(cells)
 
 
 def _size(row: Row, quantity: str, time: float, clock: Clock) -> str:
@@ -248,12 +251,12 @@ def _size(row: Row, quantity: str, time: float, clock: Clock) -> str:
     error = row.get(size_column(quantity, time, clock, "error_percent"))
     if size is None:
         return NONE
-    return f"{size:.1f}" if error is None else f"{size:.1f} ({signed(error)})"
+    return f"{size:.1f}" if error is None else f"{size:.1f} ({_error(error)})"
 
 
-def percent(value: float | None) -> str:
-    """Return an error without a sign [%]; a dash for none."""
-    return NONE if value is None else f"{value:.1f}\u00a0%"
+def _error(percent: float | None) -> str:
+    """Return an error [%] with its sign; the head or the caption has the unit."""
+    return _number(percent, "+.1f")
 
 
 def _number(value: float | None, form: str) -> str:
@@ -298,8 +301,8 @@ def paper_table(study: Study, rows: Sequence[Row]) -> Table:
     kinds = ("measured", "paper", "nominal", "offset")
     heads = [f"{name} {kind}" for name in ("R_b", "L_b") for kind in kinds]
     caption = (
-        "In mm, outermost particles, with the error against the measurement. The "
-        "paper’s figures are at the nominal time; nominal and offset are ours."
+        "In mm, outermost particles, in brackets the error against the measurement in "
+        "%. The paper’s figures are at the nominal time; nominal and offset are ours."
     )
     return Table(
         "", ("case", "exposure", *heads), found, caption, numbers=True, words=(1,)
@@ -319,7 +322,7 @@ def _beside(paper: float | None, measured: float | None) -> str:
         return NONE
     if measured is None:
         return f"{paper:.1f}"
-    return f"{paper:.1f} ({signed(100.0 * (1e-3 * paper / measured - 1.0))})"
+    return f"{paper:.1f} ({_error(100.0 * (1e-3 * paper / measured - 1.0))})"
 
 
 def agreement_table(study: Study, found: Sequence[Agreement]) -> Table:
@@ -350,14 +353,14 @@ def agreement_table(study: Study, found: Sequence[Agreement]) -> Table:
         )
     limit = f"{study.file.paper.limit_percent:g} %"
     heads = (
-        "reading of the clock", "judged alike", "share", "share by rote",
+        "reading of the clock", "judged alike", "share", "one answer for all",
         "below in both", "here alone", "in the paper alone",
     )  # fmt: skip
     caption = (
         f"A case is judged alike where its total error is below {limit} here and in "
         f"the paper, or in neither; an unstable run is not below. {len(study.cases)} "
-        "cases; those that have not been run are not compared. By rote: what the same "
-        "answer for all cases would come to."
+        "cases; those that have not been run are not compared. One answer for all: the "
+        "share if every case were said to be below, or none, whichever is more."
     )
     return Table("", heads, rows, caption, numbers=True)
 
@@ -395,12 +398,17 @@ def best_table(study: Study, sets: Sequence[BestSet]) -> Table:
     errors = list(sets[0].errors) if sets else []
     names = variant_names(study)
     heads = ["rank", *(_label(p) for p in study.file.parameters), "offset [µs]"]
-    heads += ["largest error", "mean error", *(_error_head(e, names) for e in errors)]
+    heads += [
+        "largest error [%]",
+        "mean error [%]",
+        *(_error_head(e, names) for e in errors),
+    ]
     clock = names.get(study.file.clock_from or "", "")
     caption = (
         f"{len(ranked)} of {len(sets)} sets have all of their runs; ranked by the "
         "largest of the absolute errors at the exposures that all variants have. The "
-        f"clock offset is fitted on {clock} alone, for each set on its own run."
+        f"clock offset is fitted on {clock} alone, for each set on its own run. Errors "
+        "in %, by the outermost particles."
     )
     return Table("", tuple(heads), rows, caption, numbers=True)
 
@@ -430,9 +438,9 @@ def _best_row(study: Study, rank: str, s: BestSet) -> Cells:
         rank,
         *(value_text(s.settings[p.name]) for p in study.file.parameters),
         offset if s.fitted else f"{offset}, not fitted",
-        percent(s.max_percent),
-        percent(s.mean_percent),
-        *(signed(error) for error in s.errors.values()),
+        _number(s.max_percent, ".1f"),
+        _number(s.mean_percent, ".1f"),
+        *(_error(error) for error in s.errors.values()),
     )
 
 
