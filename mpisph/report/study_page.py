@@ -59,7 +59,7 @@ _CAPTIONS = {
     "right or below. Crosses at the foot of a panel: unstable runs.",
     "map": "A cell for each run: mean of the absolute errors of all measured figures.",
     "shots": "(computed − measured)/measured, for every measured figure.",
-    "convergence": "Resolutions lie at 1/NPR, so that to the left all is finer.",
+    "convergence": "Along the axis stands 1/NPR: the finest runs are to the left.",
 }
 
 

@@ -108,7 +108,11 @@ def _variants_table(study: Study) -> Table:
 
 
 def _settings(given: dict[str, Value]) -> str:
-    return "; ".join(f"{key} = {_set_text(value)}" for key, value in given.items())
+    texts = [
+        f"{key}{' removed' if value == '' else f' = {_set_text(value)}'}"
+        for key, value in given.items()
+    ]
+    return "; ".join(texts)
 
 
 def _set_text(value: Value) -> str:
@@ -428,8 +432,9 @@ def _error_head(column: str, names: dict[str, str]) -> str:
     if found is None:
         return column
     variant, quantity, time = found.groups()
-    name = names.get(variant, variant)
-    return f"{name} {quantity} {time.removesuffix('us')} µs".strip()
+    # Broken between its three parts alone.
+    name = names.get(variant, variant).replace("-", "\N{NON-BREAKING HYPHEN}")
+    return f"{name} {quantity} {time.removesuffix('us')}\u00a0µs".strip()
 
 
 def _best_row(study: Study, rank: str, s: BestSet) -> Cells:
@@ -497,7 +502,8 @@ def _convergence_row(
 
 
 def _scaled(value: float | None, scale: float) -> str:
-    return _number(None if value is None else scale * value, ".4g")
+    text = _number(None if value is None else scale * value, "#.4g")
+    return text.removesuffix(".")
 
 
 def trouble_tables(study: Study, rows: Sequence[Row]) -> list[Table]:
@@ -556,8 +562,10 @@ def provenance_table(rows: Sequence[Row], files: dict[str, str]) -> Table:
     wall: dict[str, float] = {}
     for row in rows:
         if row.get("version") is not None:
-            revision = f", revision {row['revision'][:12]}" * bool(row["revision"])
-            made.setdefault(f"mpisph {row['version']}{revision}", set()).add(row["run"])
+            name = f"mpisph {row['version']}"
+            if row.get("revision"):
+                name += f", revision {row['revision'][:12]}"
+            made.setdefault(name, set()).add(row["run"])
             wall[row["run"]] = row["wall_s"]
     lines: list[Cells] = list(files.items())
     programs = [

@@ -317,7 +317,10 @@ def test_without_runs_and_claims_the_page_is_sound(tmp_path):
 
 def test_runs_and_studies_share_a_page(made, tmp_path, dots):
     path, root, folders = made
-    page = page_of([path, path], root, tmp_path / "all.html", [folders[0]])
+    folder = shutil.copytree(folders[0], tmp_path / "run")
+    shutil.rmtree(folder / "snapshots")  # pictures take time
+    (folder / "history.csv").unlink()
+    page = page_of([path, path], root, tmp_path / "all.html", [folder])
     assert_nothing_is_fetched(page)
     assert_links_lead_somewhere(page)
     assert page.headings[0] == "2 studies and 1 run of mpisph"
@@ -436,13 +439,13 @@ def test_a_study_over_resolutions(tmp_path, dots, monkeypatch):
     page = page_of([study], tmp_path, tmp_path / "report.html")
     assert [s.file.figure.clocks for s in dots] == [("nominal",), ("offset",)]
     nominal, offset = (t[1:] for t in page.tables if t[0][0] == "quantity")
-    values = ["24", "22", "21", "20.5"]
+    values = ["24.00", "22.00", "21.00", "20.50"]
     assert len(nominal) == 1
     assert nominal[0][:2] == ["Rb at 6 µs, outermost [mm]", "4-1283"]
     assert nominal[0][2:8] == [*values, "monotone", "1.00"]
-    assert nominal[0][8:] == ["20", "3.0\xa0%", "22.3"]
+    assert nominal[0][8:] == ["20.00", "3.0\xa0%", "22.30"]
     assert offset[0][0] == "Lb at 7.05 µs, outermost [mm]"
-    assert offset[0][7:] == ["2.00", "50", "0.2\xa0%", "47.7"]
+    assert offset[0][7:] == ["2.00", "50.00", "0.2\xa0%", "47.70"]
     monkeypatch.setattr(study_page, "collect", lambda study, root: no_sizes(study))
     page = page_of([study], tmp_path, tmp_path / "report.html")
     assert page.pictures() == []
