@@ -574,7 +574,12 @@ def provenance_table(rows: Sequence[Row], files: dict[str, str]) -> Table:
     ]
     if programs:
         lines.append(("program", "; ".join(programs)))
-        total = math.fsum(wall.values())
-        spent = f"{total / 3600:.1f} h" if total > 3600 else f"{total:.0f} s"
-        lines.append(("time of all runs", spent))
+        lines.append(("time of all runs", _spent(math.fsum(wall.values()))))
     return Table("", ("", ""), lines)
+
+
+def _spent(seconds: float) -> str:
+    """Return a time in the unit that suits it."""
+    if seconds > 3600.0:
+        return f"{seconds / 3600:.1f} h"
+    return f"{seconds / 60:.0f} min" if seconds > 120.0 else f"{seconds:.0f} s"

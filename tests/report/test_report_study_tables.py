@@ -238,3 +238,6 @@ def test_programs_and_times(study):
     }
     assert table.rows[2] == ("time of all runs", "2.0 h")
     assert len(provenance_table(rows[3:], {}).rows) == 0
+    for wall, words in ((119.0, "119 s"), (1500.0, "25 min")):
+        table = provenance_table([rows[0] | {"wall_s": wall}], {})
+        assert table.rows[1][1] == words
