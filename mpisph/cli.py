@@ -248,24 +248,47 @@ def figures_command(folder: Path) -> None:
 
 
 @cli.command("report")
-@runs_argument
+@click.argument(
+    "paths",
+    metavar="RUN_OR_STUDY...",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
+)
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="The page.  [default: report.html in the folder RUN, or in the current folder "
-    "where there are several]",
+    help="The page.  [default: report.html in the folder RUN, or in the study's folder "
+    "studies/<name> below --runs; in the current folder where there are several]",
 )
-def report_command(folders: tuple[Path, ...], output: Path | None) -> None:
-    """Write one HTML page on the runs in folders: results, pictures, set-up.
+@click.option(
+    "--runs",
+    "root",
+    type=click.Path(path_type=Path, file_okay=False),
+    default="runs",
+    show_default=True,
+    help="Folder of the runs and tables of all studies, the -o of `mpisph study`.",
+)
+def report_command(paths: tuple[Path, ...], output: Path | None, root: Path) -> None:
+    """Write one HTML page on runs and studies: results, pictures, set-up.
 
-    It holds all of its pictures and needs no network.
+    RUN is a run's folder; STUDY is a study file, which ends in .toml. Of a study the
+    page shows figures, the paper's ranges and claims beside ours, and the table, as far
+    as its runs have come. It holds all of its pictures and needs no network.
     """
     from mpisph.report.run_page import REPORT_FILE, write_report
+    from mpisph.study.store import STUDIES_FOLDER
 
-    home = folders[0] if len(folders) == 1 else Path()
+    studies = [p for p in paths if p.suffix == ".toml" and not p.is_dir()]
+    folders = [p for p in paths if p not in studies]
+    home = Path()
+    if len(paths) == 1:
+        home = root / STUDIES_FOLDER / paths[0].stem if studies else paths[0]
     page = output or home / REPORT_FILE
-    click.echo(from_root(MPI.COMM_WORLD, lambda: write_report(folders, page)))
+    click.echo(
+        from_root(MPI.COMM_WORLD, lambda: write_report(folders, page, studies, root))
+    )
 
 
 @cli.command("animate")

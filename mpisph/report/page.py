@@ -85,6 +85,8 @@ class Table(NamedTuple):
         What must be known to read it.
     numbers : bool, optional
         Whether all columns but the first hold numbers, which stand at the right.
+    words : tuple of int, optional
+        Columns that hold words nevertheless.
     """
 
     title: str
@@ -92,6 +94,7 @@ class Table(NamedTuple):
     rows: list[tuple[str | Link, ...]]
     caption: str = ""
     numbers: bool = False
+    words: tuple[int, ...] = ()
 
 
 class Notice(NamedTuple):

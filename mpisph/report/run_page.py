@@ -1,4 +1,4 @@
-"""The page of one or several runs."""
+"""The page of runs and studies."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -29,6 +29,7 @@ from mpisph.report.run_tables import (
     us,
 )
 from mpisph.report.stored import StoredRun, read_run
+from mpisph.report.study_page import MOST_OPEN, StudySection, study_sections
 from mpisph.snapshot import read_snapshot
 
 REPORT_FILE = "report.html"
@@ -139,8 +140,13 @@ class _Shown(NamedTuple):
     title: str
 
 
-def write_report(folders: Sequence[Path], out: Path) -> Path:
-    """Write one HTML page of one or several runs.
+def write_report(
+    folders: Sequence[Path],
+    out: Path,
+    studies: Sequence[Path] = (),
+    root: Path = Path("runs"),
+) -> Path:
+    """Write one HTML page of runs and studies.
 
     Parameters
     ----------
@@ -148,6 +154,10 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         Folders of runs, in any state.
     out : Path
         The page; its folder is made where missing.
+    studies : sequence of Path, optional
+        Study files; they stand above the runs.
+    root : Path, optional
+        Folder of the studies' runs and tables.
 
     Returns
     -------
@@ -157,7 +167,8 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
     Raises
     ------
     MpisphError
-        If a folder holds no run, or one whose files cannot be understood.
+        If a folder holds no run, or one whose files cannot be understood; if a study
+        or its claims cannot.
     OSError
         If a file cannot be read or written.
     """
@@ -167,16 +178,28 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
     tables = [runs_table(placed), comparison_table(placed)] if len(runs) > 1 else []
     with TemporaryDirectory(prefix="mpisph-report-") as scratch:
         sections = [_section(run, place, Path(scratch)) for run, place in placed]
-    title = runs[0].case.title if len(runs) == 1 else f"{len(runs)} runs of mpisph"
+    varied = study_sections(studies, root)
+    titles = [s.title for s in varied] + [s.title for s in sections]
     html = render(
         "runs.html",
-        title=title,
+        title=titles[0] if len(titles) == 1 else _page_title(varied, sections),
         tables=[table for table in tables if table is not None],
+        studies=varied,
         sections=sections,
+        most_open=MOST_OPEN,
     )
     out.parent.mkdir(parents=True, exist_ok=True)
     write_text(out, html)
     return out
+
+
+def _page_title(varied: Sequence[StudySection], sections: Sequence[RunSection]) -> str:
+    """Return how many studies and runs a page shows."""
+    studies = "1 study" if len(varied) == 1 else f"{len(varied)} studies"
+    runs = "1 run" if len(sections) == 1 else f"{len(sections)} runs"
+    return (
+        f"{' and '.join([studies] * bool(varied) + [runs] * bool(sections))} of mpisph"
+    )
 
 
 def _names(folders: Sequence[Path]) -> list[str]:

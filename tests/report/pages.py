@@ -71,3 +71,20 @@ class Page(HTMLParser):
         assert all(source.startswith(prefix) for source in sources)
         files = [base64.b64decode(source.removeprefix(prefix)) for source in sources]
         return [Image.open(io.BytesIO(file)).convert("RGB") for file in files]
+
+
+def assert_nothing_is_fetched(page):
+    assert not {"script", "link", "iframe", "object"} & set(page.tags)
+    assert "url(" not in page.style
+    assert "@import" not in page.style
+    for tag, attributes in page.attributes:
+        for name, value in attributes.items():
+            if name in {"src", "href", "srcset", "action"}:
+                inside = value.startswith(("data:image/png;base64,", "#"))
+                assert inside, (tag, name, value[:80])
+
+
+def assert_links_lead_somewhere(page):
+    places = [a["id"] for _, a in page.attributes if "id" in a]
+    assert len(places) == len(set(places))
+    assert {link.removeprefix("#") for link in page.all("a", "href")} <= set(places)

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 from launch import CASES, MPISPH, launch
-from pages import Page
+from pages import Page, assert_links_lead_somewhere, assert_nothing_is_fetched
 from PIL import Image
 from small_runs import EXPOSED, small_run, unended
 
@@ -47,23 +47,6 @@ def dots(monkeypatch):
     monkeypatch.setattr(run_page.Frame, "save", lambda _, out: dot(out))
     analysis = AnalysisFigure("Dot", "a dot", lambda *given: dot(given[2]))
     monkeypatch.setattr(run_page, "ANALYSES", (analysis,))
-
-
-def assert_nothing_is_fetched(page):
-    assert not {"script", "link", "iframe", "object"} & set(page.tags)
-    assert "url(" not in page.style
-    assert "@import" not in page.style
-    for tag, attributes in page.attributes:
-        for name, value in attributes.items():
-            if name in {"src", "href", "srcset", "action"}:
-                inside = value.startswith(("data:image/png;base64,", "#"))
-                assert inside, (tag, name, value[:80])
-
-
-def assert_links_lead_somewhere(page):
-    places = [a["id"] for _, a in page.attributes if "id" in a]
-    assert len(places) == len(set(places))
-    assert {link.removeprefix("#") for link in page.all("a", "href")} <= set(places)
 
 
 def test_the_page_is_whole_in_itself(page):

@@ -1,0 +1,459 @@
+"""What a page shows of a study: figures, ranges, claims, table."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from mpisph.report.page import NONE, Figure, Notice, Table, embed_png
+from mpisph.report.study_tables import (
+    READINGS,
+    agreement_table,
+    best_table,
+    cases_table,
+    convergence_table,
+    paper_table,
+    provenance_table,
+    setup_tables,
+    share,
+    trouble_tables,
+)
+from mpisph.study.axes import Clock, axis_of, clock_text
+from mpisph.study.best import best_sets
+from mpisph.study.claims import Claim, Try, Word, decide, load_claims
+from mpisph.study.drawing import draw_study
+from mpisph.study.levels import convergence_panels
+from mpisph.study.model import FigureSpec, Study, Value, load_study
+from mpisph.study.ranges import TOTALS, Agreement, RangeCell, agreement
+from mpisph.study.store import CASES_FOLDER, STANDINGS, Standing, study_folder
+from mpisph.study.table import TABLE_FILE, Row, collect
+
+CLAIMS_FILE = "claims.toml"
+"""Lies beside the study files."""
+
+MOST_OPEN = 20
+"""Rows of a table that is shown without being opened."""
+
+SHADES = 5
+"""Steps of colour from no case judged as in the paper to all."""
+
+_STANDING_BADGES: dict[Standing, str] = {
+    "completed": "good",
+    "unstable": "bad",
+    "failed": "bad",
+    "stopped": "warn",
+    "running": "warn",
+    "to do": "",
+}
+
+_WORD_BADGES: dict[Word, str] = {
+    "reproduced": "good",
+    "in part": "warn",
+    "not reproduced": "bad",
+    "not run": "",
+}
+
+_CAPTIONS = {
+    "lines": "Nominal times stand to the left or above, with the clock offset to the "
+    "right or below. Crosses at the foot of a panel: unstable runs.",
+    "map": "A cell for each run: mean of the absolute errors of all measured figures.",
+    "shots": "(computed − measured)/measured, for every measured figure.",
+    "convergence": "Along the axis stands 1/NPR: the finest runs are to the left.",
+}
+
+
+class Badge(NamedTuple):
+    """A word on a colour.
+
+    Attributes
+    ----------
+    kind : str
+        ``good``, ``bad``, ``warn`` or empty.
+    text : str
+    """
+
+    kind: str
+    text: str
+
+
+class GridCell(NamedTuple):
+    """A combination of settings, with a range of one more here and in the paper.
+
+    Attributes
+    ----------
+    ours, paper : str
+        The ranges.
+    alike : str
+        How many of the values compared are judged alike, such as ``17/19``.
+    shade : int or None
+        From 0, none alike, to `SHADES` - 1, all; None where nothing is compared.
+    """
+
+    ours: str
+    paper: str
+    alike: str
+    shade: int | None
+
+
+class Grid(NamedTuple):
+    """Ranges over one or two parameters.
+
+    Attributes
+    ----------
+    title : str
+    corner : str
+        What the heads of rows and columns are.
+    columns : list of str
+        Heads.
+    rows : list of (str, list of GridCell or None)
+        Each with its head; None where the paper says nothing.
+    """
+
+    title: str
+    corner: str
+    columns: list[str]
+    rows: list[tuple[str, list[GridCell | None]]]
+
+
+class TryView(NamedTuple):
+    """A try of a claim.
+
+    Attributes
+    ----------
+    name : str
+    badge : Badge
+        The verdict.
+    figure : str
+        The numbers behind it.
+    """
+
+    name: str
+    badge: Badge
+    figure: str
+
+
+class ClaimView(NamedTuple):
+    """A claim with its tries, the first of which decides."""
+
+    number: int
+    text: str
+    tries: list[TryView]
+    finding: str
+
+
+class StudySection(NamedTuple):
+    """What the template shows of a study.
+
+    Attributes
+    ----------
+    place : str
+        Id on the page.
+    name, title, source : str
+        Of the study; the source may be empty.
+    total : int
+        Number of cases.
+    standings : list of Badge
+        How many cases stand how.
+    notices : list of Notice
+    setup : list of Table
+        What is varied, fixed and measured.
+    figures : list of Figure
+    convergence : list of Table
+        Extrapolated values, for each reading of the clock.
+    ranges : Table or None
+        Agreement with the paper's ranges as a whole.
+    ranges_text : str
+        How to read the grids.
+    grids : list of Grid
+        The ranges beside the paper's, for each reading of the clock.
+    best : Table or None
+        The best sets of parameters; None where the study does not ask for them.
+    paper : Table
+        Single figures of the paper beside the runs'.
+    claims : list of ClaimView
+        Those that look at this study.
+    cases : Table
+        The study's table.
+    troubles : list of Table
+        Cases that did not come to their end.
+    provenance : Table
+    """
+
+    place: str
+    name: str
+    title: str
+    source: str
+    total: int
+    standings: list[Badge]
+    notices: list[Notice]
+    setup: list[Table]
+    figures: list[Figure]
+    convergence: list[Table]
+    ranges: Table | None
+    ranges_text: str
+    grids: list[Grid]
+    best: Table | None
+    paper: Table
+    claims: list[ClaimView]
+    cases: Table
+    troubles: list[Table]
+    provenance: Table
+
+
+class _Loaded(NamedTuple):
+    """A study with its table."""
+
+    study: Study
+    rows: list[Row]
+
+
+def study_sections(paths: Sequence[Path], root: Path) -> list[StudySection]:
+    """Return what a page shows of studies.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The study files.
+    root : Path
+        Folder of the runs; nothing is written into it.
+
+    Returns
+    -------
+    list of StudySection
+        In the order of `paths`.
+
+    Raises
+    ------
+    MpisphError
+        If a study, its claims or a file of a run cannot be understood.
+    OSError
+        If a file cannot be read.
+    """
+    studies = [load_study(path) for path in paths]
+    loaded = [_Loaded(study, collect(study, root)) for study in studies]
+    return [
+        _section(item, loaded, f"study-{index}", root)
+        for index, item in enumerate(loaded, 1)
+    ]
+
+
+def _section(
+    item: _Loaded, loaded: Sequence[_Loaded], place: str, root: Path
+) -> StudySection:
+    study, rows = item
+    figures = _figures(study, rows)
+    found = [agreement(study, rows, clock) for clock in TOTALS]
+    ranges = agreement_table(study, found) if found[0].cells else None
+    sets = best_sets(study, rows, root) if study.file.clock_from else None
+    table = study_folder(root, study) / TABLE_FILE
+    files = {
+        "study file": str(study.path),
+        "runs": f"{root / CASES_FOLDER}, by the names in the column run of the table",
+        "table with all columns": f"{table}; mpisph study collect writes it anew",
+    }
+    return StudySection(
+        place=place,
+        name=study.name,
+        title=study.file.title,
+        source=study.file.source or "",
+        total=len(rows),
+        standings=_standings(rows),
+        notices=list(_notices(study, rows, figures)),
+        setup=setup_tables(study),
+        figures=figures,
+        convergence=_convergence(study, rows),
+        ranges=ranges,
+        ranges_text=_ranges_text(study) if ranges else "",
+        grids=[grid for a in found if (grid := _grid(study, a)) is not None],
+        best=None if sets is None else best_table(study, sets),
+        paper=paper_table(study, rows),
+        claims=_claims(study, loaded),
+        cases=cases_table(study, rows),
+        troubles=trouble_tables(study, rows),
+        provenance=provenance_table(rows, files),
+    )
+
+
+def _standings(rows: Sequence[Row]) -> list[Badge]:
+    found = Counter(row["status"] for row in rows)
+    return [
+        Badge(_STANDING_BADGES[standing], f"{found[standing]} {standing}")
+        for standing in STANDINGS
+        if found[standing]
+    ]
+
+
+def _notices(
+    study: Study, rows: Sequence[Row], figures: Sequence[Figure]
+) -> Iterator[Notice]:
+    """Say what is missing, and what went wrong."""
+    found = Counter(row["status"] for row in rows)
+    todo, whole = found["to do"], len(rows)
+    again = "mpisph study run goes on with the study."
+    if todo == whole:
+        yield Notice("warn", f"No case has been run yet: {again}")
+    elif todo:
+        yield Notice("warn", f"{_of(todo, whole)} not been run: {again}")
+    if found["stopped"]:
+        yield Notice("warn", f"{_of(found['stopped'], whole)} been stopped: {again}")
+    if found["failed"]:
+        text = f"{_of(found['failed'], whole)} failed; the reasons stand below."
+        yield Notice("bad", text)
+    if found["running"]:
+        yield Notice("info", f"{found['running']} of {whole} cases are under way.")
+    if study.file.figure is not None and not figures:
+        yield Notice("warn", "No run has got so far that there is a figure to draw.")
+
+
+def _of(some: int, whole: int) -> str:
+    return f"{some} of {whole} cases {'has' if some == 1 else 'have'}"
+
+
+def _figures(study: Study, rows: Sequence[Row]) -> list[Figure]:
+    """Draw the study's figure, by all readings of the clock."""
+    figures = []
+    for given in _by_clock(study):
+        spec = given.file.figure
+        if spec is None or _is_empty(given, spec, rows):
+            continue
+        with TemporaryDirectory(prefix="mpisph-report-") as scratch:
+            path = draw_study(given, rows, Path(scratch))
+            if path is not None:
+                title = _figure_title(given, spec)
+                caption = _CAPTIONS[spec.kind]
+                figures.append(Figure(title, embed_png(path), caption))
+    return figures
+
+
+def _by_clock(study: Study) -> list[Study]:
+    """Return the study with figures that show both readings of the clock.
+
+    One of kind ``convergence`` shows a reading alone.
+    """
+    spec = study.file.figure
+    if spec is None:
+        return []
+    measured = [case.case.measured for case in study.cases]
+    shifted = any(m is not None and m.clock_offset for m in measured)
+    clocks: tuple[Clock, ...] = ("nominal", "offset") if shifted else ("nominal",)
+    sets = [(clock,) for clock in clocks] if spec.kind == "convergence" else [clocks]
+    figures = [spec.model_copy(update={"clocks": chosen}) for chosen in sets]
+    files = [study.file.model_copy(update={"figure": figure}) for figure in figures]
+    return [study._replace(file=file) for file in files]
+
+
+def _is_empty(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> bool:
+    """Say whether a figure over resolutions would have no panel."""
+    return spec.kind == "convergence" and not convergence_panels(study, spec, rows)
+
+
+def _figure_title(study: Study, spec: FigureSpec) -> str:
+    labels = {name: axis_of(study, name).label or name for name in spec.axes().values()}
+    sizes = " and ".join(spec.quantities)
+    match spec.kind:
+        case "lines":
+            return f"{sizes} over {labels[spec.x or '']}"
+        case "map":
+            x, y = labels[spec.x or ""], labels[spec.lines or ""]
+            return f"Total error over {x} and {y}"
+        case "shots":
+            return f"Errors of {sizes}"
+        case _:
+            return f"Against resolution, {clock_text(study, spec.clocks[-1])}"
+
+
+def _convergence(study: Study, rows: Sequence[Row]) -> list[Table]:
+    """Return the extrapolated values of a study over resolutions."""
+    tables = []
+    for given in _by_clock(study):
+        spec = given.file.figure
+        if spec is not None and spec.kind == "convergence":
+            panels = convergence_panels(given, spec, rows)
+            title = clock_text(given, spec.clocks[-1])
+            tables.append(convergence_table(panels, title[0].upper() + title[1:]))
+    return [table for table in tables if table.rows]
+
+
+def _ranges_text(study: Study) -> str:
+    paper = study.file.paper
+    label = axis_of(study, paper.parameter).label
+    return (
+        f"Values of {label} with a total error below {paper.limit_percent:g} %: bold "
+        "ours, which end where a value has not been run; below it the paper’s range, "
+        "and how many of the values compared are judged alike. The darker, the fewer "
+        "are; grey: nothing to compare."
+    )
+
+
+def _grid(study: Study, found: Agreement) -> Grid | None:
+    """Return the paper's ranges over one or two parameters; None for more."""
+    if not found.cells or len(found.cells[0].at) > 2:
+        return None
+    names: list[str | None] = [*found.cells[0].at, None]
+    down, across = (axis_of(study, name) for name in names[:2])
+    cells: dict[tuple[Value, ...], GridCell] = {}
+    for cell in found.cells:
+        at: list[Value] = [*cell.at.values(), ""]
+        cells[tuple(at[:2])] = _grid_cell(cell)
+    share_alike = share(found.alike, found.compared)
+    alike = f"{found.alike} of {found.compared} alike, {share_alike}"
+    return Grid(
+        title=f"{READINGS[found.clock]}: ".capitalize() + alike,
+        corner=f"{down.label}\u00a0\\ {across.label}".removesuffix("\u00a0\\ "),
+        columns=list(across.names),
+        rows=[
+            (name, [cells.get((value, other)) for other in across.values])
+            for value, name in zip(down.values, down.names, strict=True)
+        ],
+    )
+
+
+def _grid_cell(cell: RangeCell) -> GridCell:
+    shade = None
+    if cell.compared:
+        shade = min(int(SHADES * cell.alike / cell.compared), SHADES - 1)
+    alike = f"{cell.alike}/{cell.compared}" if cell.compared else ""
+    ours = _range_words(cell.ours) if cell.compared else NONE
+    return GridCell(ours, _range_words(cell.paper), alike, shade)
+
+
+def _range_words(text: str) -> str:
+    """Return ranges as `ranges` writes them, with an open end in words of signs."""
+    pieces = [
+        f"≥\u00a0{piece[:-1]}" if piece.endswith("-") else piece.replace("-", "–")
+        for piece in text.split(", ")
+    ]
+    return ", ".join(pieces)
+
+
+def _claims(study: Study, loaded: Sequence[_Loaded]) -> list[ClaimView]:
+    """Return the claims that look at a study, by the tables on this page."""
+    path = study.path.with_name(CLAIMS_FILE)
+    if not path.exists():
+        return []
+    tables = {
+        item.study.name: item
+        for item in loaded
+        if item.study.path.parent.resolve() == path.parent.resolve()
+    }
+    return [
+        _claim(claim, tables)
+        for claim in load_claims(path).claims
+        if any(attempt.study == study.name for attempt in claim.tries)
+    ]
+
+
+def _claim(claim: Claim, tables: Mapping[str, _Loaded]) -> ClaimView:
+    tries = [_try(attempt, tables.get(attempt.study)) for attempt in claim.tries]
+    return ClaimView(claim.number, claim.text, tries, claim.finding)
+
+
+def _try(attempt: Try, item: _Loaded | None) -> TryView:
+    if item is None:
+        text = f"looks at the study {attempt.study}, which is not on this page"
+        return TryView(attempt.name, Badge("", "elsewhere"), text)
+    verdict = decide(attempt, *item)
+    return TryView(
+        attempt.name, Badge(_WORD_BADGES[verdict.word], verdict.word), verdict.figure
+    )

@@ -1,0 +1,585 @@
+"""The tables on a study's page, in mm, us, g and %."""
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from mpisph.case.sections import Exposure
+from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
+from mpisph.report.page import NONE, Link, Table
+from mpisph.report.run_tables import count, mm, small
+from mpisph.study.axes import Clock, axis_of, exposures, same_time, size_column
+from mpisph.study.best import BestSet
+from mpisph.study.model import Parameter, Study, StudyCase, Value
+from mpisph.study.ranges import TOTALS, Agreement, RangeClock
+from mpisph.study.store import Standing
+from mpisph.study.table import Row
+
+Cells = tuple[str | Link, ...]
+
+BEST_SHOWN = 10
+"""Sets of parameters listed."""
+
+PAPER_NPH, PAPER_ALPHA, PAPER_BETA = 2.0, 5.0, 5.0
+"""The set that Lee, Seo and Min (2003) choose in section 4."""
+
+READINGS: dict[RangeClock, str] = {
+    "nominal": "nominal times",
+    "offset": "the case’s clock offset",
+    "fitted": "clock offset fitted by run",
+}
+"""What the readings of the clock are called."""
+
+_EVEN = 5
+# Numbers at even distances are listed up to here; more are told by their step.
+
+_ERROR = re.compile(r"(.*)_([RL]_b)_(.+us)_error_percent")
+
+
+def setup_tables(study: Study) -> list[Table]:
+    """Return what is varied, what is fixed, and what was measured.
+
+    Parameters
+    ----------
+    study : Study
+
+    Returns
+    -------
+    list of Table
+        Those that have rows.
+    """
+    tables = [
+        Table("Parameters", ("", "key", "values"), list(_parameter_rows(study))),
+        _variants_table(study),
+        Table("In all cases", ("", ""), list(_fixed_rows(study))),
+        _measured_table(study),
+    ]
+    return [table for table in tables if table.rows]
+
+
+def _parameter_rows(study: Study) -> Iterator[Cells]:
+    for p in study.file.parameters:
+        yield _label(p), p.key, _values(p)
+        for derived in study.file.derived:
+            if derived.parameter == p.name:
+                factor = "" if derived.factor == 1.0 else f"{derived.factor:g} times "
+                yield "", derived.key, f"{factor}the same"
+
+
+def _label(parameter: Parameter) -> str:
+    unit = f" [{parameter.unit}]" if parameter.unit else ""
+    label = (parameter.label or parameter.name).replace(" = ", "\u00a0=\u00a0")
+    return f"{label}{unit}"
+
+
+def _values(parameter: Parameter) -> str:
+    """Return a parameter's values, long regular lists by their step."""
+    if parameter.numeric and len(parameter.values) > _EVEN:
+        numbers = np.array(parameter.values, dtype=float)
+        steps = np.diff(numbers)
+        if np.allclose(steps, steps[0], rtol=1e-9, atol=0.0):
+            first, last = parameter.values[0], parameter.values[-1]
+            return f"{first} to {last} in steps of {steps[0]:g} ({len(numbers)})"
+    return ", ".join(map(value_text, parameter.values))
+
+
+def value_text(value: Value) -> str:
+    """Return a setting's value for people."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return str(value)
+
+
+def _variants_table(study: Study) -> Table:
+    rows: list[Cells] = [
+        (
+            variant.label or variant.name,
+            variant.base or study.file.base or NONE,
+            _settings(variant.set) or NONE,
+        )
+        for variant in study.file.variants
+    ]
+    title = "Variants, each with all values of the parameters"
+    named = title if study.file.parameters else "Variants"
+    return Table(named, ("variant", "base case", "settings"), rows)
+
+
+def _settings(given: dict[str, Value]) -> str:
+    texts = [
+        f"{key}{' removed' if value == '' else f' = {_set_text(value)}'}"
+        for key, value in given.items()
+    ]
+    return "; ".join(texts)
+
+
+def _set_text(value: Value) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(value) if value != "" else "removed"
+
+
+def _fixed_rows(study: Study) -> Iterator[Cells]:
+    if study.file.base is not None:
+        yield "base case", study.file.base
+    for key, value in study.file.set.items():
+        yield key, _set_text(value)
+
+
+def _measured_table(study: Study) -> Table:
+    """Return the measured exposures; once where they are the same in all variants."""
+    found: dict[str, dict[tuple[Any, ...], None]] = {}
+    for case, e in exposures(study):
+        row = (e.time, e.radius, e.length, e.source)
+        found.setdefault(case.variant, {})[row] = None
+    alike = len({tuple(lines) for lines in found.values()}) == 1
+    names = variant_names(study)
+    rows: list[Cells] = [
+        (
+            "all cases" if alike else names[variant],
+            f"{1e6 * time:g} µs",
+            mm(radius),
+            mm(length),
+            source,
+        )
+        for variant, lines in list(found.items())[: 1 if alike else None]
+        for time, radius, length, source in lines
+    ]
+    return Table("Measured", ("", "exposure", "R_b [mm]", "L_b [mm]", "source"), rows)
+
+
+def variant_names(study: Study) -> dict[str, str]:
+    """Return what the variants are called, by name; empty for none."""
+    return {"": ""} | {v.name: v.label or v.name for v in study.file.variants}
+
+
+def settings_text(study: Study, row: Row) -> str:
+    """Return which case of the study a row is, such as ``4-1283, NPH 2.0``.
+
+    Parameters
+    ----------
+    study : Study
+    row : dict
+        Of the study's table, or the settings alone.
+    """
+    axes = [axis_of(study, p.name) for p in study.file.parameters]
+    titles = [
+        title.replace(f"{axis.label} ", f"{axis.label} = ", 1)
+        if "=" in axis.label and axis.numeric
+        else title
+        for axis in axes
+        for value, title in zip(axis.values, axis.titles(), strict=True)
+        if value == row[axis.name]
+    ]
+    variant = variant_names(study).get(str(row.get("variant", "")), "")
+    return ", ".join([variant] * bool(variant) + titles) or "base case"
+
+
+def cases_table(study: Study, rows: Sequence[Row]) -> Table:
+    """Return the study's table as a reader wants it.
+
+    Parameters
+    ----------
+    study : Study
+    rows : sequence of dict
+        From `collect`.
+
+    Returns
+    -------
+    Table
+        A row for each case. What no run has, has no column.
+    """
+    sizes = list(_sizes(study, rows))
+    totals = [clock for clock in TOTALS if _any(rows, TOTALS[clock])]
+    heads = ["case", *["variant"] * bool(study.file.variants)]
+    heads += [_label(p) for p in study.file.parameters]
+    heads += ["state", *(f"total error {clock} [%]" for clock in totals)]
+    heads += ["fitted offset [µs]"] * ("fitted" in totals)
+    heads += [f"{q} {1e6 * t:g} µs {clock}" for q, t, clock in sizes]
+    ended = _any(rows, "steps")
+    heads += ["energy error", "steps"] * ended
+    cells = [_case_row(study, row, sizes, totals, ended) for row in rows]
+    caption = (
+        "Sizes in mm by the cloud’s outermost particle, in brackets the error against "
+        "the measurement in %; a total error is the mean of the absolute errors of all "
+        "measured figures. Offset: at the exposure time with the case’s clock offset "
+        "added; fitted: with the offset that suits this run best. A dash: not reached, "
+        "or not measured."
+    )
+    words = tuple(k for k, head in enumerate(heads) if head in {"variant", "state"})
+    return Table("", tuple(heads), cells, caption * ended, numbers=True, words=words)
+
+
+def _any(rows: Sequence[Row], column: str) -> bool:
+    return any(row.get(column) is not None for row in rows)
+
+
+def _sizes(study: Study, rows: Sequence[Row]) -> Iterator[tuple[str, float, Clock]]:
+    """Return quantity, exposure and clock of the columns that any run has."""
+    clocks: tuple[Clock, ...] = ("nominal", "offset")
+    for time in study.times():
+        for quantity in ("R_b", "L_b"):
+            for clock in clocks:
+                if _any(rows, size_column(quantity, time, clock, "mm")):
+                    yield quantity, time, clock
+
+
+def _case_row(
+    study: Study,
+    row: Row,
+    sizes: Sequence[tuple[str, float, Clock]],
+    totals: Sequence[RangeClock],
+    ended: bool,
+) -> Cells:
+    cells = [str(row["case"])]
+    if study.file.variants:
+        cells.append(variant_names(study)[row["variant"]])
+    cells += [value_text(row[p.name]) for p in study.file.parameters]
+    cells.append(row["status"])
+    cells += [_number(row.get(TOTALS[clock]), ".1f") for clock in totals]
+    if "fitted" in totals:
+        cells.append(_number(row.get("fitted_offset_us"), ".2f"))
+    cells += [_size(row, *what) for what in sizes]
+    if ended:
+        steps = row.get("steps")
+        cells.append(_energy(row.get("energy_error")))
+        cells.append(NONE if steps is None else count(steps))
+    return tuple(cells)
+
+
+def _size(row: Row, quantity: str, time: float, clock: Clock) -> str:
+    """Return a size of a run in mm with its error."""
+    size = row.get(size_column(quantity, time, clock, "mm"))
+    error = row.get(size_column(quantity, time, clock, "error_percent"))
+    if size is None:
+        return NONE
+    return f"{size:.1f}" if error is None else f"{size:.1f} ({_error(error)})"
+
+
+def _error(percent: float | None) -> str:
+    """Return an error [%] with its sign; the head or the caption has the unit."""
+    return _number(percent, "+.1f")
+
+
+def _number(value: float | None, form: str) -> str:
+    if value is None or not math.isfinite(value):
+        return NONE
+    return f"{value:{form}}".replace("-", "\u2212")
+
+
+def _energy(value: float | None) -> str:
+    return NONE if value is None or not math.isfinite(value) else small(value)
+
+
+def paper_table(study: Study, rows: Sequence[Row]) -> Table:
+    """Return the single figures that the paper gives, beside the runs'.
+
+    Parameters
+    ----------
+    study : Study
+    rows : sequence of dict
+        From `collect`.
+
+    Returns
+    -------
+    Table
+        Without rows where the paper gives none.
+    """
+    found: list[Cells] = []
+    for given in study.file.paper.values:
+        for case, row in zip(study.cases, rows, strict=True):
+            if any(row[name] != value for name, value in given.at.items()):
+                continue
+            for e in _exposures_at(case, 1e-6 * given.time):
+                cells: Cells = (settings_text(study, row), f"{given.time:g} µs")
+                for q, measured, paper in (
+                    ("R_b", e.radius, given.radius),
+                    ("L_b", e.length, given.length),
+                ):
+                    cells += (mm(measured), _beside(paper, measured))
+                    cells += (_size(row, q, e.time, "nominal"),)
+                    cells += (_size(row, q, e.time, "offset"),)
+                found.append(cells)
+    kinds = ("measured", "paper", "nominal", "offset")
+    heads = [f"{name} {kind}" for name in ("R_b", "L_b") for kind in kinds]
+    caption = (
+        "In mm, outermost particles, in brackets the error against the measurement in "
+        "%. The paper’s figures are at the nominal time; nominal and offset are ours."
+    )
+    return Table(
+        "", ("case", "exposure", *heads), found, caption, numbers=True, words=(1,)
+    )
+
+
+def _exposures_at(case: StudyCase, time: float) -> list[Exposure]:
+    measured = case.case.measured
+    if measured is None:
+        return []
+    return [e for e in measured.exposures if same_time(e.time, time)]
+
+
+def _beside(paper: float | None, measured: float | None) -> str:
+    """Return the paper's size [mm] with its error against the measured one [m]."""
+    if paper is None:
+        return NONE
+    if measured is None:
+        return f"{paper:.1f}"
+    return f"{paper:.1f} ({_error(100.0 * (1e-3 * paper / measured - 1.0))})"
+
+
+def agreement_table(study: Study, found: Sequence[Agreement]) -> Table:
+    """Return how far the runs agree with the paper's ranges, for each clock.
+
+    Parameters
+    ----------
+    study : Study
+        With ranges.
+    found : sequence of Agreement
+    """
+    rows: list[Cells] = []
+    for a in found:
+        both = sum(cell.both for cell in a.cells)
+        ours = sum(cell.ours_only for cell in a.cells)
+        paper = sum(cell.paper_only for cell in a.cells)
+        blind = max(both + paper, a.compared - both - paper)
+        rows.append(
+            (
+                READINGS[a.clock],
+                f"{a.alike} of {a.compared}",
+                share(a.alike, a.compared),
+                share(blind, a.compared),
+                str(both),
+                str(ours),
+                str(paper),
+            )
+        )
+    limit = f"{study.file.paper.limit_percent:g} %"
+    heads = (
+        "reading of the clock", "judged alike", "share", "one answer for all",
+        "below in both", "here alone", "in the paper alone",
+    )  # fmt: skip
+    caption = (
+        f"A case is judged alike where its total error is below {limit} here and in "
+        f"the paper, or in neither; an unstable run is not below. {len(study.cases)} "
+        "cases; those that have not been run are not compared. One answer for all: the "
+        "share if every case were said to be below, or none, whichever is more."
+    )
+    return Table("", heads, rows, caption, numbers=True)
+
+
+def share(part: int, whole: int) -> str:
+    """Return a part of a whole [%]; a dash where there is none."""
+    return f"{100 * part / whole:.0f}\u00a0%" if whole else NONE
+
+
+def best_table(study: Study, sets: Sequence[BestSet]) -> Table:
+    """Return the best sets of parameters, and the paper's own.
+
+    Parameters
+    ----------
+    study : Study
+    sets : sequence of BestSet
+        From `best_sets`.
+
+    Returns
+    -------
+    Table
+        Without rows where no set has all of its runs, and the paper's has none.
+    """
+    ranked = [s for s in sets if s.max_percent is not None]
+    own = _paper_set(study)
+    rows = [
+        _best_row(study, f"{rank}{', the paper’s' * (s.settings == own)}", s)
+        for rank, s in enumerate(ranked, 1)
+        if rank <= BEST_SHOWN
+    ]
+    for s in sets:
+        if s.settings == own and s not in ranked[:BEST_SHOWN]:
+            rank = f"{ranked.index(s) + 1}, " if s in ranked else ""
+            rows.append(_best_row(study, f"{rank}the paper’s", s))
+    errors = list(sets[0].errors) if sets else []
+    names = variant_names(study)
+    heads = ["rank", *(_label(p) for p in study.file.parameters), "offset [µs]"]
+    heads += [
+        "largest error [%]",
+        "mean error [%]",
+        *(_error_head(e, names) for e in errors),
+    ]
+    clock = names.get(study.file.clock_from or "", "")
+    caption = (
+        f"{len(ranked)} of {len(sets)} sets have all of their runs; ranked by the "
+        "largest of the absolute errors at the exposures that all variants have. The "
+        f"clock offset is fitted on {clock} alone, for each set on its own run. Errors "
+        "in %, by the outermost particles."
+    )
+    return Table("", tuple(heads), rows, caption, numbers=True)
+
+
+def _paper_set(study: Study) -> dict[str, Any] | None:
+    """Return the settings of the paper's own set, where the study has it."""
+    for case in study.cases:
+        viscosity = case.case.scheme.viscosity
+        found = (case.case.resolution.nph, viscosity.alpha, viscosity.beta)
+        if found == (PAPER_NPH, PAPER_ALPHA, PAPER_BETA):
+            return case.settings
+    return None
+
+
+def _error_head(column: str, names: dict[str, str]) -> str:
+    found = _ERROR.fullmatch(column)
+    if found is None:
+        return column
+    variant, quantity, time = found.groups()
+    # Broken between its three parts alone.
+    name = names.get(variant, variant).replace("-", "\N{NON-BREAKING HYPHEN}")
+    return f"{name} {quantity} {time.removesuffix('us')}\u00a0µs".strip()
+
+
+def _best_row(study: Study, rank: str, s: BestSet) -> Cells:
+    offset = _number(s.offset_us, ".2f")
+    return (
+        rank,
+        *(value_text(s.settings[p.name]) for p in study.file.parameters),
+        offset if s.fitted else f"{offset}, not fitted",
+        _number(s.max_percent, ".1f"),
+        _number(s.mean_percent, ".1f"),
+        *(_error(error) for error in s.errors.values()),
+    )
+
+
+def convergence_table(panels: Sequence[ConvergencePanel], title: str) -> Table:
+    """Return the figures at each resolution, and what they tend to.
+
+    Parameters
+    ----------
+    panels : sequence of ConvergencePanel
+        From `convergence_panels`.
+    title : str
+    """
+    series = [s for panel in panels for s in panel.series]
+    levels = sorted({float(x) for s in series for x in s.convergence.npr})
+    rows = [
+        _convergence_row(panel, s, levels)
+        for panel in panels
+        for s in panel.series
+        if s.convergence.values.size
+    ]
+    heads = (
+        "quantity", "case", *(f"NPR {level:g}" for level in levels), "behaviour", "p",
+        "extrapolated", "GCI", "measured",
+    )  # fmt: skip
+    caption = (
+        "p: observed order of the finest three resolutions. Extrapolated: Richardson’s "
+        "value at infinite resolution, none where the changes do not fall steadily. "
+        "GCI: grid convergence index, the uncertainty of the finest value relative to "
+        "it; of values that diverge it is no bound."
+    )
+    words = (1, heads.index("behaviour"))
+    return Table(title, heads, rows, caption, numbers=True, words=words)
+
+
+def _convergence_row(
+    panel: ConvergencePanel, s: ConvergenceSeries, levels: Sequence[float]
+) -> Cells:
+    c = s.convergence
+    values = dict(zip(map(float, c.npr), map(float, c.values), strict=True))
+    order = _number(c.order, ".2f")
+    if math.isfinite(c.order_used) and c.order_used != c.order:
+        word = "limited to" if math.isfinite(c.order) else "assumed"
+        order = f"{order}, {word} {c.order_used:g}".removeprefix(f"{NONE}, ")
+    return (
+        f"{panel.quantity.replace('$', '')} [{panel.unit}]",
+        s.name or NONE,
+        *(_scaled(values.get(level), panel.scale) for level in levels),
+        c.kind,
+        order,
+        _scaled(c.extrapolated, panel.scale),
+        NONE if math.isnan(c.gci) else f"{c.gci:.1f}\u00a0%",
+        _scaled(s.measured, panel.scale),
+    )
+
+
+def _scaled(value: float | None, scale: float) -> str:
+    text = _number(None if value is None else scale * value, "#.4g")
+    return text.removesuffix(".")
+
+
+def trouble_tables(study: Study, rows: Sequence[Row]) -> list[Table]:
+    """Return the cases that did not come to their end, by state and reason.
+
+    Parameters
+    ----------
+    study : Study
+    rows : sequence of dict
+        From `collect`.
+
+    Returns
+    -------
+    list of Table
+        The most frequent reason first within each state.
+    """
+    order: tuple[Standing, ...] = ("failed", "unstable", "stopped")
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        if row["status"] in order:
+            groups.setdefault((row["status"], row["reason"] or ""), []).append(row)
+    ranked = sorted(
+        groups.items(), key=lambda item: (order.index(item[0][0]), -len(item[1]))
+    )
+    heads = ("case", "settings", "run", "steps", "time reached [µs]")
+    tables = []
+    for (status, reason), found in ranked:
+        because = f" ({reason})" if reason else ""
+        cases = "1 case" if len(found) == 1 else f"{len(found)} cases"
+        lines: list[Cells] = [
+            (
+                str(row["case"]),
+                settings_text(study, row),
+                row["run"],
+                NONE if row.get("steps") is None else count(row["steps"]),
+                _number(row.get("time_us"), ".2f"),
+            )
+            for row in found
+        ]
+        title = f"{cases} {status}{because}"
+        tables.append(Table(title, heads, lines, numbers=True, words=(1, 2)))
+    return tables
+
+
+def provenance_table(rows: Sequence[Row], files: dict[str, str]) -> Table:
+    """Return which program made the runs, what they took, and where files lie.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        From `collect`.
+    files : dict
+        What files are called, by what they are.
+    """
+    made: dict[str, set[str]] = {}
+    wall: dict[str, float] = {}
+    for row in rows:
+        if row.get("version") is not None:
+            name = f"mpisph {row['version']}"
+            if row.get("revision"):
+                name += f", revision {row['revision'][:12]}"
+            made.setdefault(name, set()).add(row["run"])
+            wall[row["run"]] = row["wall_s"]
+    lines: list[Cells] = list(files.items())
+    programs = [
+        f"{name} ({len(runs)} {'run' if len(runs) == 1 else 'runs'})"
+        for name, runs in sorted(made.items(), key=lambda item: -len(item[1]))
+    ]
+    if programs:
+        lines.append(("program", "; ".join(programs)))
+        lines.append(("time of all runs", _spent(math.fsum(wall.values()))))
+    return Table("", ("", ""), lines)
+
+
+def _spent(seconds: float) -> str:
+    """Return a time in the unit that suits it."""
+    if seconds > 3600.0:
+        return f"{seconds / 3600:.1f} h"
+    return f"{seconds / 60:.0f} min" if seconds > 120.0 else f"{seconds:.0f} s"
