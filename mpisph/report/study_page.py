@@ -315,7 +315,7 @@ def _figures(study: Study, rows: Sequence[Row]) -> list[Figure]:
     figures = []
     for given in _by_clock(study):
         spec = given.file.figure
-        if spec is None or _is_empty(given, spec, rows):
+        if spec is None:
             continue
         with TemporaryDirectory(prefix="mpisph-report-") as scratch:
             path = draw_study(given, rows, Path(scratch))
@@ -341,11 +341,6 @@ def _by_clock(study: Study) -> list[Study]:
     figures = [spec.model_copy(update={"clocks": chosen}) for chosen in sets]
     files = [study.file.model_copy(update={"figure": figure}) for figure in figures]
     return [study._replace(file=file) for file in files]
-
-
-def _is_empty(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> bool:
-    """Say whether a figure over resolutions would have no panel."""
-    return spec.kind == "convergence" and not convergence_panels(study, spec, rows)
 
 
 def _figure_title(study: Study, spec: FigureSpec) -> str:

@@ -7,6 +7,7 @@ study, the cases in it that are meant, and the check that is made of them.
 from __future__ import annotations
 
 import itertools
+import statistics
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
@@ -306,8 +307,9 @@ def check_step(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
         for line in _lines(attempt, rows)
         if min(line) > 0.0
     ]
-    spreads.sort()
-    middle, largest = spreads[len(spreads) // 2], spreads[-1]
+    if not spreads:
+        return Verdict("not reproduced", "fewer than two stable cases on every line")
+    middle, largest = statistics.median(spreads), max(spreads)
     little = middle <= attempt.limit
     return Verdict(
         _word(stable_only and some and little, (stable_only and some) or little),

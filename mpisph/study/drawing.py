@@ -32,7 +32,8 @@ def draw_study(study: Study, rows: Sequence[Row], root: Path) -> Path | None:
     Returns
     -------
     Path or None
-        The figure; None where the study describes none, or no run is complete.
+        The figure; None where the study describes none, or no run has come so far as
+        to be drawn.
 
     Raises
     ------
@@ -60,11 +61,12 @@ def _draw_shots(study: Study, spec: FigureSpec, rows: Sequence[Row], out: Path) 
 
 def _draw_convergence(
     study: Study, spec: FigureSpec, rows: Sequence[Row], out: Path
-) -> Path:
-    return draw_convergence(convergence_panels(study, spec, rows), out)
+) -> Path | None:
+    panels = convergence_panels(study, spec, rows)
+    return draw_convergence(panels, out) if panels else None
 
 
-_DRAW: dict[str, Callable[[Study, FigureSpec, Sequence[Row], Path], Path]] = {
+_DRAW: dict[str, Callable[[Study, FigureSpec, Sequence[Row], Path], Path | None]] = {
     "lines": _draw_lines,
     "map": _draw_map,
     "shots": _draw_shots,

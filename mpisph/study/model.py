@@ -370,6 +370,9 @@ def _read_file(path: Path) -> StudyFile:
     text, data = read_toml(path)
     origins = Origins(str(path), line_numbers(text), {})
     problems = integer_problems(data, origins)
+    if "bodies" in data:
+        line = origins.lines.get(("bodies",))
+        problems = [Problem("is a case, not a study", file=str(path), line=line)]
     if problems:
         raise CaseError(problems)
     try:

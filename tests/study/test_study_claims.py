@@ -137,6 +137,8 @@ def test_the_step():
     assert word(0.05, {(1.0, 1.0)}).word == "in part"  # not where it is claimed
     assert word(1.0, {(3.0, 1.0)}).word == "in part"
     assert word(1.0, {(1.0, 1.0)}).word == "not reproduced"
+    everywhere = {(nph, alpha) for nph in (1.0, 2.0, 3.0) for alpha in (1.0, 2.0, 3.0)}
+    assert word(1.0, everywhere).word == "not reproduced"
     assert "1.0 % (median), 1.0 % (largest)" in word(0.05, set()).figure
 
 

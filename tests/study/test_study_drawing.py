@@ -416,3 +416,9 @@ def test_clock_from_must_be_a_variant(tmp_path):
     text = SMALL.replace("title", 'clock_from = "shot"\ntitle')
     with pytest.raises(CaseError, match="clock_from: no variant shot"):
         small(tmp_path, "", text)
+
+
+def test_runs_that_reach_no_exposure_make_no_convergence_figure(tmp_path):
+    study = load_study(STUDIES / "convergence.toml")
+    rows = table(study, lambda *_: None, lambda _: "completed")
+    assert drawing.draw_study(study, rows, tmp_path) is None

@@ -129,6 +129,11 @@ def test_a_study_without_a_base_is_refused(tmp_path):
         study_of(tmp_path, GRID.replace("4-1353", "4-1354"))
 
 
+def test_a_case_is_no_study():
+    with pytest.raises(CaseError, match=r"4-1353\.toml:\d+: is a case, not a study"):
+        load_study(BASE)
+
+
 def test_too_many_cases_are_refused(tmp_path):
     values = ", ".join(map(str, range(400)))
     text = GRID.replace("[1.5, 2.0]", f"[{values}]").replace(
