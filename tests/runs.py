@@ -52,3 +52,20 @@ def slow_steps(folder):
         "    Keeper.wish = lambda keeper, sim: time.sleep(0.025) or wish(keeper, sim)\n"
     )
     return folder
+
+
+def short_starts(folder, count):
+    """Let a run's time be up after some steps of each start, however long they take.
+
+    Where this folder is on PYTHONPATH.
+    """
+    (folder / "sitecustomize.py").write_text(
+        "import os\n"
+        "if 'OMPI_COMM_WORLD_RANK' in os.environ:\n"
+        "    from mpisph.guard import Guard\n"
+        "    from mpisph.keeper import Keeper\n"
+        "    wish, made = Keeper.wish, []\n"
+        "    Keeper.wish = lambda keeper, sim: made.append(1) or wish(keeper, sim)\n"
+        f"    Guard.time_left = lambda guard: 0.0 if len(made) > {count} else 1e6\n"
+    )
+    return folder
