@@ -385,19 +385,44 @@ def check_errors(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
 
 def check_outside(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether the columns lie outside their variants' bands. In part: some do."""
-    found = [
+    found = _beside_bands(attempt, rows)
+    outside = [not _is_within(*each) for _, *each in found]
+    return Verdict(
+        _word(all(outside), any(outside)),
+        f"{sum(outside)} of {len(found)} outside: {_band_text(found)} mm",
+    )
+
+
+def check_inside(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
+    """Whether the columns lie inside their variants' bands. In part: some do."""
+    found = _beside_bands(attempt, rows)
+    inside = [_is_within(*each) for _, *each in found]
+    return Verdict(
+        _word(all(inside), any(inside)),
+        f"{sum(inside)} of {len(found)} inside: {_band_text(found)} mm",
+    )
+
+
+_Banded = tuple[str, float | None, tuple[float, float]]
+
+
+def _beside_bands(attempt: Try, rows: Sequence[Row]) -> list[_Banded]:
+    """Return each variant with its figure and the band that is expected."""
+    return [
         (row["variant"], _figure(row, column), attempt.bands[row["variant"]])
         for row in rows
         for column in attempt.columns
     ]
-    outside = sum(x is None or not low <= x <= high for _, x, (low, high) in found)
-    texts = ", ".join(
+
+
+def _is_within(value: float | None, band: tuple[float, float]) -> bool:
+    return value is not None and band[0] <= value <= band[1]
+
+
+def _band_text(found: Sequence[_Banded]) -> str:
+    return ", ".join(
         f"{name} {'unstable' if x is None else f'{x:.1f}'} ({low:g} to {high:g})"
         for name, x, (low, high) in found
-    )
-    return Verdict(
-        _word(outside == len(found), outside > 0),
-        f"{outside} of {len(found)} outside: {texts} mm",
     )
 
 
@@ -491,6 +516,7 @@ CHECKS: dict[str, Callable[[Try, Study, Sequence[Row]], Verdict]] = {
     "larger": check_larger,
     "errors": check_errors,
     "outside": check_outside,
+    "inside": check_inside,
     "ranges": check_ranges,
 }
 """The computations that decide claims, by name."""

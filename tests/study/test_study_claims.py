@@ -199,18 +199,25 @@ def test_errors():
     assert word(None, -6.1, 0.0).word == "not reproduced"
 
 
-def test_outside_of_bands():
-    def word(*sizes):
+def test_outside_and_inside_of_bands():
+    def word(check, *sizes):
         rows = [
             row(variant=v, hole=s) for v, s in zip(("one", "two"), sizes, strict=True)
         ]
         bands = {"one": (10.0, 12.0), "two": (20.0, 22.0)}
-        return verdict(rows, check="outside", columns=("hole",), bands=bands)
+        return verdict(rows, check=check, columns=("hole",), bands=bands)
 
-    assert word(9.0, 23.0).word == "reproduced"
-    assert word(11.0, 23.0).word == "in part"
-    assert word(11.0, 21.0).word == "not reproduced"
-    assert "one 11.0 (10 to 12)" in word(11.0, 21.0).figure
+    for sizes, outside, inside in (
+        ((9.0, 23.0), "reproduced", "not reproduced"),
+        ((11.0, 23.0), "in part", "in part"),
+        ((11.0, 21.0), "not reproduced", "reproduced"),
+        ((None, 21.0), "in part", "in part"),
+    ):
+        assert word("outside", *sizes).word == outside
+        assert word("inside", *sizes).word == inside
+    assert word("outside", 11.0, 21.0).figure == (
+        "0 of 2 outside: one 11.0 (10 to 12), two 21.0 (20 to 22) mm"
+    )
 
 
 def test_ranges_are_compared_cell_by_cell():
