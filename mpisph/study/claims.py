@@ -386,7 +386,7 @@ def check_errors(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
 def check_outside(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether the columns lie outside their variants' bands. In part: some do."""
     found = _beside_bands(attempt, rows)
-    outside = [not _is_within(*each) for _, *each in found]
+    outside = [not _is_within(x, band) for _, x, band in found]
     return Verdict(
         _word(all(outside), any(outside)),
         f"{sum(outside)} of {len(found)} outside: {_band_text(found)} mm",
@@ -396,7 +396,7 @@ def check_outside(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
 def check_inside(attempt: Try, _: Study, rows: Sequence[Row]) -> Verdict:
     """Whether the columns lie inside their variants' bands. In part: some do."""
     found = _beside_bands(attempt, rows)
-    inside = [_is_within(*each) for _, *each in found]
+    inside = [_is_within(x, band) for _, x, band in found]
     return Verdict(
         _word(all(inside), any(inside)),
         f"{sum(inside)} of {len(found)} inside: {_band_text(found)} mm",

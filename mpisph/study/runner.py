@@ -138,9 +138,7 @@ def run_study(
         )
     guard = guard or Guard()
     folder = study_folder(root, study)
-    on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
-    text = study.path.read_text(encoding="utf-8") if comm.rank == 0 else ""
-    on_root(comm, lambda: write_text(folder / "study.toml", text))
+    on_root(comm, lambda: _keep_copy(study, folder))
     warm_up(comm)
     todo = from_root(comm, lambda: _to_do(study, root, part or Part()))
     groups = comm.size // ranks_per_case
@@ -164,6 +162,13 @@ def run_study(
         found["stopped"] + found["to do"],
         stopped,
     )
+
+
+def _keep_copy(study: Study, folder: Path) -> None:
+    """Put a copy of the study file beside its tables."""
+    folder.mkdir(parents=True, exist_ok=True)
+    text = study.path.read_text(encoding="utf-8")
+    write_text(folder / "study.toml", text)
 
 
 def _distinct(study: Study, places: Sequence[Place]) -> list[Place]:
@@ -205,8 +210,10 @@ def _take_cases(
     """Run one case after the other, until there are none or the study is to stop."""
     while True:
         taken = -1
+        # Any rank may have had the signal.
+        is_to_stop = group.allreduce(_is_to_stop(guard, folder), MPI.LOR)
         if group.rank == 0:
-            if _is_to_stop(counters, guard, folder):
+            if is_to_stop:
                 counters.add(STOP)
             elif not counters.add(STOP, 0):
                 taken = counters.add(NEXT)
@@ -219,7 +226,7 @@ def _take_cases(
             counters.add(WORK, todo[taken].work)
 
 
-def _is_to_stop(counters: SharedCounters, guard: Guard, folder: Path) -> bool:
+def _is_to_stop(guard: Guard, folder: Path) -> bool:
     """Say whether a signal, the wall time or the file ``stop`` ends the study."""
     return (
         guard.signal_wish() != Wish.NOTHING

@@ -86,30 +86,18 @@ def short_starts(folder, runs):
     return str(folder)
 
 
-def test_a_slurm_array_runs_the_study_in_several_starts(study, reference, tmp_path):
-    slurm = Slurm(tmp_path / "slurm", PYTHONPATH=short_starts(tmp_path, 2))
-    script = written(study, slurm.work, "slurm")
-    jobs = slurm.submit(script)
-    assert [job.name for job in jobs] == ["7_0", "7_1"]
-    slurm.run(*jobs)
-    assert jobs[0].restarts >= 1, jobs[0].text()
-    assert [job.code for job in jobs] == [0, 0], jobs[0].text()
-    assert jobs[0].text().count("study: not done yet") == jobs[0].restarts
-    assert table(study, slurm.work / "runs") == reference
-    starts = [read_status(p).starts for p in (slurm.work / "runs/cases").iterdir()]
-    assert starts == [1] * 6
-
-
 def test_slurms_warning_stops_a_start_in_time(study, reference, tmp_path):
     slurm = Slurm(tmp_path / "slurm", PYTHONPATH=str(slow_steps(tmp_path)))
     script = written(study, slurm.work, "slurm")
     # Time is counted in runs that have ended: the warning comes after the third.
     slurm.clock = lambda: ended(slurm.work / "runs")
     jobs = slurm.submit(script, limit="183", signal="B:USR1@180")
+    assert [job.name for job in jobs] == ["7_0", "7_1"]
     for job in jobs:
         slurm.run(job)
         job.options["limit"] = "inf"
     assert jobs[0].restarts >= 1, jobs[0].text()
+    assert jobs[0].text().count("study: not done yet") == jobs[0].restarts
     assert [job.code for job in jobs] == [0, 0]
     assert table(study, slurm.work / "runs") == reference
 
