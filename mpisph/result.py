@@ -1,6 +1,5 @@
 """The result of a run: ``result.json``, and the comparison with measurements."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, get_args
@@ -10,6 +9,7 @@ from rich.table import Table
 
 from mpisph.case import Case
 from mpisph.case.sections import Exposure
+from mpisph.case.times import same_time
 from mpisph.diagnostics import CloudFigure, CloudMeasure, cloud_size, compare
 from mpisph.files import write_text
 
@@ -19,9 +19,6 @@ COMPARED_FIGURE: CloudFigure = "outermost"
 """Which figure of the computed cloud is printed beside the measured one."""
 
 Ending = Literal["completed", "unstable", "stopped"]
-
-_SAME_TIME = 1e-6
-# Relative; output times that agree to rounding have been merged into one.
 
 
 class _Model(BaseModel):
@@ -228,7 +225,7 @@ def _compare_at(
     clouds: Sequence[CloudRecord],
 ) -> Comparison:
     """Compare one exposure with the cloud at `time`."""
-    found = [c for c in clouds if math.isclose(c.time, time, rel_tol=_SAME_TIME)]
+    found = [c for c in clouds if same_time(c.time, time)]
     comparison = Comparison(
         source=exposure.source,
         clock=clock,

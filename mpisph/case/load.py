@@ -61,7 +61,8 @@ class CaseSource:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._text, self._data = read_toml(path)
+        text, self._data = read_toml(path)
+        self._lines = line_numbers(text)
 
     def case(self, overrides: Sequence[str] = ()) -> Case:
         """Return the case with some keys changed; see `load_case`.
@@ -80,8 +81,8 @@ class CaseSource:
                 overridden[key] = override
             else:
                 problems.append(problem)
-        lines = line_numbers(self._text)
-        return _build(data, Origins(str(self.path), lines, overridden), problems)
+        origins = Origins(str(self.path), self._lines, overridden)
+        return _build(data, origins, problems)
 
 
 def case_from_dict(data: Mapping[str, Any]) -> Case:

@@ -7,10 +7,24 @@ from collections.abc import Iterable
 
 from mpisph.case.sections import Exposure, Measured, Output
 
-__all__ = ["exposure_times", "merge_times", "periodic_times", "requested_times"]
+__all__ = [
+    "exposure_times",
+    "merge_times",
+    "periodic_times",
+    "requested_times",
+    "same_time",
+]
+
+_ALIKE = 1e-6
+# Relative; output times that agree to rounding have been merged into one.
 
 # Times nearer to each other than this fraction of the run are one and the same.
 _SAME_TIME = 1e-9
+
+
+def same_time(one: float, other: float) -> bool:
+    """Say whether two times are the same but for rounding."""
+    return math.isclose(one, other, rel_tol=_ALIKE)
 
 
 def exposure_times(exposure: Exposure, measured: Measured) -> tuple[float, float]:

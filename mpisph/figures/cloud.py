@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from mpisph.case import Case, Plate, case_from_dict
 from mpisph.case.sections import Exposure
+from mpisph.case.times import same_time
 from mpisph.diagnostics import (
     CloudDefinition,
     CloudErrors,
@@ -48,9 +49,6 @@ _STRAY = 0.002
 
 _NOT_STRAY = 1.3
 # An outermost particle within this multiple of the robust figure is shown.
-
-_SAME_TIME = 1e-6
-# Relative; output times that agree to rounding have been merged into one.
 
 
 class View(NamedTuple):
@@ -135,7 +133,7 @@ def exposure_at(case: Case, time: float) -> Exposure | None:
         return None
     for exposure in case.measured.exposures:
         for shift in (0.0, case.measured.clock_offset):
-            if math.isclose(time, exposure.time + shift, rel_tol=_SAME_TIME):
+            if same_time(time, exposure.time + shift):
                 return exposure
     return None
 
@@ -491,7 +489,7 @@ def title_lines(case: Case, time: float, exposure: Exposure | None) -> list[str]
     if exposure is not None:
         nominal = f"{exposure.time * 1e6:g} µs"
         offset = time - exposure.time
-        if math.isclose(time, exposure.time, rel_tol=_SAME_TIME):
+        if same_time(time, exposure.time):
             when += f": the exposure at nominal {nominal}, no clock offset"
         else:
             sign = "+" if offset > 0 else "\u2212"

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from mpisph.case import Case
 from mpisph.case.sections import Exposure
+from mpisph.case.times import same_time
 from mpisph.figures.cloud import draw_cloud, only_finite
 from mpisph.figures.frames import PANEL, Frame, common_view
 from mpisph.figures.history import RunHistory, draw_history, history_figures
@@ -36,9 +37,6 @@ REPORT_FILE = "report.html"
 
 MOST_PANELS = 24
 """Small pictures of a run; of more snapshots some are chosen at even distances."""
-
-_SAME_TIME = 1e-6
-# Relative; output times that agree to rounding have been merged into one.
 
 _EXPOSED = "Cloud, plate and ejecta at the exposures"
 
@@ -257,7 +255,7 @@ def _large(run: StoredRun) -> list[_Shown]:
                 shown += [
                     _Shown(path, time, exposure, title)
                     for path, time in run.snapshots
-                    if math.isclose(time, exposure.time + shift, rel_tol=_SAME_TIME)
+                    if same_time(time, exposure.time + shift)
                 ]
     if not shown:
         shown = [

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from mpisph.case.sections import Exposure
+from mpisph.case.times import same_time
 from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
 from mpisph.report.page import NONE, Link, Table
 from mpisph.report.run_tables import count, mm, small
-from mpisph.study.axes import Clock, axis_of, exposures, same_time, size_column
+from mpisph.study.axes import Clock, axis_of, exposures, size_column
 from mpisph.study.best import BestSet
 from mpisph.study.model import Parameter, Study, StudyCase, Value
 from mpisph.study.ranges import TOTALS, Agreement, RangeClock

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from typing import Literal, NamedTuple, TypeVar
 
-import numpy as np
-
 from mpisph.case.sections import Exposure
 from mpisph.study.model import Study, StudyCase, Value
 from mpisph.study.table import CLOCKS, Row, time_label
@@ -141,11 +139,6 @@ def exposures(study: Study) -> list[tuple[StudyCase, Exposure]]:
         if case.case.measured is not None
         for exposure in case.case.measured.exposures
     ]
-
-
-def same_time(a: float, b: float) -> bool:
-    """Say whether two times agree, but for rounding."""
-    return bool(np.isclose(a, b, rtol=1e-6, atol=0.0))
 
 
 def measured_mm(exposure: Exposure, quantity: str) -> float:

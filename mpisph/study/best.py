@@ -1,7 +1,5 @@
 """Which one set of parameters suits all variants of a study best."""
 
-import csv
-import io
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,11 +10,10 @@ import numpy.typing as npt
 
 from mpisph.case import Case
 from mpisph.errors import MpisphError
-from mpisph.files import write_text
 from mpisph.history import HISTORY_FILE, read_history
 from mpisph.study.model import Study, StudyCase
 from mpisph.study.store import case_folder, study_folder
-from mpisph.study.table import Row, time_label, total_error
+from mpisph.study.table import Row, time_label, total_error, write_rows
 
 BEST_FILE = "best.csv"
 
@@ -203,15 +200,10 @@ def write_best(study: Study, root: Path, rows: Sequence[Row]) -> Path | None:
     """
     if study.file.clock_from is None:
         return None
-    text = io.StringIO()
     lines = [_line(s) for s in best_sets(study, rows, root)]
-    names = dict.fromkeys(name for line in lines for name in line)
-    writer = csv.DictWriter(text, list(names), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(lines)
     folder = study_folder(root, study)
     folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / BEST_FILE, text.getvalue())
+    write_rows(folder / BEST_FILE, lines)
     return folder / BEST_FILE
 
 

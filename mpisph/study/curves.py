@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mpisph.case.times import same_time
 from mpisph.figures.study_lines import LinesBand, LinesFigure, LinesPanel, LinesRow
 from mpisph.study.axes import (
     SYMBOLS,
@@ -17,7 +18,6 @@ from mpisph.study.axes import (
     in_rows,
     is_unstable,
     measured_mm,
-    same_time,
     size_column,
     status_note,
     value_at,

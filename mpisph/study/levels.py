@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from mpisph.case.times import same_time
 from mpisph.convergence import converge
 from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
 from mpisph.study.axes import (
@@ -12,7 +13,6 @@ from mpisph.study.axes import (
     by_axes,
     exposures,
     measured_mm,
-    same_time,
     size_column,
     time_text,
     value_at,

@@ -1,7 +1,5 @@
 """Which settings stay below an error, beside the ranges that a source gives."""
 
-import csv
-import io
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 from mpisph.files import write_text
 from mpisph.study.model import PaperRange, Study
 from mpisph.study.store import study_folder
-from mpisph.study.table import Row
+from mpisph.study.table import Row, write_rows
 
 RANGES_FILE = "ranges.csv"
 RANGES_TEXT_FILE = "ranges.md"
@@ -250,18 +248,15 @@ def write_ranges(study: Study, root: Path, rows: Sequence[Row]) -> Path | None:
     if not study.file.paper.ranges:
         return None
     agreements = [agreement(study, rows, clock) for clock in TOTALS]
-    text = io.StringIO()
     counts = ("both", "ours_only", "paper_only", "neither")
-    names = [*agreements[0].cells[0].at, "clock", "paper", "ours", *counts]
-    writer = csv.DictWriter(text, names, lineterminator="\n")
-    writer.writeheader()
-    for a in agreements:
-        for cell in a.cells:
-            fields = cell._asdict()
-            at = fields.pop("at")
-            writer.writerow({**at, "clock": a.clock, **fields})
+    lines = [
+        {**cell.at, "clock": a.clock, "paper": cell.paper, "ours": cell.ours}
+        | {name: getattr(cell, name) for name in counts}
+        for a in agreements
+        for cell in a.cells
+    ]
     folder = study_folder(root, study)
     folder.mkdir(parents=True, exist_ok=True)
     write_text(folder / RANGES_TEXT_FILE, ranges_markdown(study, agreements))
-    write_text(folder / RANGES_FILE, text.getvalue())
+    write_rows(folder / RANGES_FILE, lines)
     return folder / RANGES_FILE

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mpisph.case.sections import Exposure
+from mpisph.case.times import same_time
 from mpisph.figures.study_shots import ShotsFigure, ShotsSeries
 from mpisph.particles import FloatArray
 from mpisph.study.axes import (
@@ -16,7 +17,6 @@ from mpisph.study.axes import (
     clock_text,
     exposures,
     measured_mm,
-    same_time,
     size_column,
     status_note,
     value_at,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mpisph.case import Case
+from mpisph.case.times import same_time
 from mpisph.clock import fit_clock
 from mpisph.errors import MpisphError
 from mpisph.files import write_text
@@ -27,9 +28,6 @@ PARQUET_FILE = "table.parquet"
 
 CLOCKS = {"nominal": "", "offset": "_offset"}
 """What the names of columns add for each reading of the clock."""
-
-_SAME_TIME = 1e-6
-# Relative; see `result`.
 
 
 def collect(study: Study, root: Path) -> list[Row]:
@@ -134,7 +132,7 @@ def _is_total(c: Comparison, clock: str) -> bool:
 
 def _motion_columns(where: str, time: float, clouds: Sequence[CloudRecord]) -> Row:
     """Return velocity and mass of the cloud at a time."""
-    found = [c for c in clouds if _same(c.time, time)]
+    found = [c for c in clouds if same_time(c.time, time)]
     if not found:
         return {}
     return {
@@ -149,17 +147,12 @@ def _hole_columns(case: Case, result: Result, folder: Path) -> Row:
     row: Row = {}
     for c in result.comparisons:
         if c.figure == "outermost" and c.outcome == "compared":
-            (path,) = (p for p, t in snapshots if _same(t, c.time))
+            (path,) = (p for p, t in snapshots if same_time(t, c.time))
             hole = measure_hole(read_snapshot(path).arrays, case)
             where = f"{time_label(c.nominal_time)}{CLOCKS[c.clock]}"
             row[f"hole_{where}_mm"] = _scaled(_known(hole.diameter), 1e3)
             row[f"hole_opening_{where}_mm"] = _scaled(_known(hole.opening), 1e3)
     return row
-
-
-def _same(one: float, other: float) -> bool:
-    """Say whether two times are the same but for rounding."""
-    return math.isclose(one, other, rel_tol=_SAME_TIME)
 
 
 def _known(value: float) -> float | None:
@@ -227,14 +220,30 @@ def write_table(study: Study, root: Path, rows: Sequence[Row], parquet: bool) ->
     """
     folder = study_folder(root, study)
     folder.mkdir(parents=True, exist_ok=True)
+    write_rows(folder / TABLE_FILE, rows)
+    if parquet:
+        _write_parquet(folder / PARQUET_FILE, rows)
+    return folder / TABLE_FILE
+
+
+def write_rows(path: Path, rows: Sequence[Row]) -> None:
+    """Write rows as a CSV file, with a column for each name that any has.
+
+    Parameters
+    ----------
+    path : Path
+    rows : sequence of dict
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
     text = io.StringIO()
     writer = csv.DictWriter(text, columns(rows), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
-    write_text(folder / TABLE_FILE, text.getvalue())
-    if parquet:
-        _write_parquet(folder / PARQUET_FILE, rows)
-    return folder / TABLE_FILE
+    write_text(path, text.getvalue())
 
 
 def _write_parquet(path: Path, rows: Sequence[Row]) -> None:
