@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 from launch import CASES, MPISPH, TOP, environment, launch
-from runs import assert_same, short_starts, status
+from run_folders import assert_same, short_starts, status
 from scheduler import Pbs, Slurm, kill, processes
 
 from mpisph.case import load_case

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from launch import CASES, MPISPH, PATIENCE, environment, launch
-from runs import assert_same, outcome, slow_steps, status
+from run_folders import assert_same, outcome, slow_steps, status
 
 from mpisph.checkpoint import find_checkpoints
 from mpisph.snapshot import read_series, read_snapshot

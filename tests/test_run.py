@@ -6,7 +6,7 @@ import pytest
 from launch import CASES
 from mpi4py import MPI
 from oracles import agree
-from runs import differences, status
+from run_folders import differences, status
 
 from mpisph.case import load_case
 from mpisph.errors import CaseError, MpisphError

@@ -11,7 +11,7 @@ from launch import MPISPH, environment, launch
 from mpi4py import MPI
 from oracles import agree
 from rich.console import Console
-from runs import slow_steps
+from run_folders import slow_steps
 from studies import ALPHA, UNSTABLE, small_study
 
 from mpisph.collectives import from_root, on_root

@@ -8,7 +8,7 @@ import pytest
 from launch import MPISPH
 from mpi4py import MPI
 from rich.console import Console
-from runs import slow_steps
+from run_folders import slow_steps
 from scheduler import Pbs, Slurm
 from studies import ALPHA, small_study
 
