@@ -10,7 +10,7 @@ import matplotlib as mpl
 from matplotlib.animation import FFMpegWriter
 
 from mpisph.case import Case, case_from_dict
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.figures.frames import FILM, Frame, common_view
 from mpisph.figures.style import STYLE
 from mpisph.files import replace_file

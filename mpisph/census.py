@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from mpisph.decomposition import BINS, Cut, equal_shares, equal_work_cut, extent
 from mpisph.halo import NOTHING
-from mpisph.particles import FloatArray, IntArray
+from mpisph.core.particles import FloatArray, IntArray
 
 CutMode = Literal["auto", "z", "zr"]
 

@@ -24,7 +24,7 @@ from mpisph.collectives import (
     on_root,
     raise_together,
 )
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.particle_file import (
     Layout,
     field_column,
@@ -33,7 +33,7 @@ from mpisph.particle_file import (
     stored_text,
     write_particle_file,
 )
-from mpisph.particles import FIELDS, Particles
+from mpisph.core.particles import FIELDS, Particles
 
 CHECKPOINTS_FOLDER = "checkpoints"
 

@@ -20,11 +20,11 @@ from mpisph import __version__
 from mpisph.bench import PARTS
 from mpisph.case import Case, case_schema, load_case
 from mpisph.collectives import from_root, on_root
-from mpisph.errors import CaseError, CollectiveError, MpisphError
+from mpisph.core.errors import CaseError, CollectiveError, MpisphError
 from mpisph.estimate import estimate
 from mpisph.guard import STOP_FILE, Guard
-from mpisph.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
-from mpisph.launcher import launch_of, mismatch
+from mpisph.core.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
+from mpisph.core.launcher import launch_of, mismatch
 from mpisph.materials.quantities import si_value
 from mpisph.options import (
     BAD_INPUT,

@@ -24,9 +24,9 @@ from rich.table import Table
 from mpisph.case import Body, Case
 from mpisph.case.parts import default_reference
 from mpisph.convergence import Convergence, converge, explain
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.history import HISTORY_FILE, read_history
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 from mpisph.result import RESULT_FILE, read_result
 from mpisph.status import read_status
 

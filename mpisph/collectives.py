@@ -17,9 +17,9 @@ import numpy.typing as npt
 from mpi4py import MPI
 from numba import njit
 
-import mpisph.jit  # noqa: F401  it sets Numba's cache folder before first use
-from mpisph.errors import CollectiveError, MpisphError, os_error_text
-from mpisph.particles import LABELS, VALUES, FloatArray, IntArray, Particles
+import mpisph.core.jit  # noqa: F401  it sets Numba's cache folder before first use
+from mpisph.core.errors import CollectiveError, MpisphError, os_error_text
+from mpisph.core.particles import LABELS, VALUES, FloatArray, IntArray, Particles
 
 T = TypeVar("T")
 

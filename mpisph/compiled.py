@@ -9,7 +9,7 @@ is nothing to do: each function is loaded when it is first called.
 from mpi4py import MPI
 
 from mpisph.case import case_from_dict
-from mpisph.jit import is_compiled, mark_compiled, prune_cache
+from mpisph.core.jit import is_compiled, mark_compiled, prune_cache
 from mpisph.simulation import advance, rebalance, start, survey
 
 TINY = {

@@ -12,8 +12,8 @@ from mpisph.eos import (
     pressure,
     sound_speed,
 )
-from mpisph.jit import EXACT
-from mpisph.particles import Particles
+from mpisph.core.jit import EXACT
+from mpisph.core.particles import Particles
 from mpisph.scheme import Scheme
 from mpisph.strength import yield_factor
 

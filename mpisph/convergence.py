@@ -24,7 +24,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 
 Kind = Literal[
     "monotone", "oscillatory", "divergent", "constant", "two levels", "too few"

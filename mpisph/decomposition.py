@@ -13,8 +13,8 @@ import numpy as np
 from mpi4py import MPI
 from numba import njit
 
-from mpisph.jit import EXACT
-from mpisph.particles import FloatArray, IntArray
+from mpisph.core.jit import EXACT
+from mpisph.core.particles import FloatArray, IntArray
 
 BINS = 16384
 """Bins of the work histogram along z, and along r of all slabs together."""

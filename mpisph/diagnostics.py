@@ -13,8 +13,8 @@ from mpisph.case import Case
 from mpisph.case.bodies import Plate
 from mpisph.case.sections import Exposure, Measured
 from mpisph.collectives import gather_all
-from mpisph.jit import EXACT
-from mpisph.particles import FloatArray, IntArray, Particles
+from mpisph.core.jit import EXACT
+from mpisph.core.particles import FloatArray, IntArray, Particles
 
 TOTALS = ("mass", "momentum_z", "kinetic_energy", "internal_energy")
 """Rows of `totals`."""

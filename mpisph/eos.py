@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from mpisph.jit import EXACT
+from mpisph.core.jit import EXACT
 
 LINEAR = 0
 MIE_GRUENEISEN = 1

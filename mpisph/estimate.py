@@ -9,9 +9,9 @@ from mpisph.case import Case
 from mpisph.case.counts import particle_count
 from mpisph.case.parts import spacing_key
 from mpisph.collectives import raise_together
-from mpisph.errors import CaseError, Problem
-from mpisph.memory import total_memory
-from mpisph.particles import INTEGRATED, LABELS, VALUES
+from mpisph.core.errors import CaseError, Problem
+from mpisph.core.memory import total_memory
+from mpisph.core.particles import INTEGRATED, LABELS, VALUES
 from mpisph.records import RING_FIELDS
 from mpisph.sources import EXCHANGED
 from mpisph.timestep import VISCOUS_SHARE

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from mpisph.diagnostics import CloudDefinition, in_cloud
-from mpisph.particles import FloatArray, IntArray
+from mpisph.core.particles import FloatArray, IntArray
 from mpisph.rings import sections
 
 CONTACT = 1.5

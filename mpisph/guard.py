@@ -21,7 +21,7 @@ from typing import NoReturn
 
 from mpi4py import MPI
 
-from mpisph.errors import os_error_text
+from mpisph.core.errors import os_error_text
 from mpisph.status import read_status
 
 STOP_FILE = "stop"

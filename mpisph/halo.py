@@ -16,8 +16,8 @@ import numpy.typing as npt
 from mpi4py import MPI
 from numba import njit
 
-from mpisph.jit import EXACT
-from mpisph.particles import FloatArray, IntArray, Particles
+from mpisph.core.jit import EXACT
+from mpisph.core.particles import FloatArray, IntArray, Particles
 
 SLACK = 1e-9
 """Widens boxes, in units of the reach, against rounding."""

@@ -8,7 +8,7 @@ neighbour's mass that dimensions require.
 
 from numba import njit
 
-from mpisph.jit import EXACT, INLINE
+from mpisph.core.jit import EXACT, INLINE
 
 
 @njit(**EXACT)

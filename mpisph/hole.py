@@ -27,7 +27,7 @@ import numpy.typing as npt
 
 from mpisph.case import Case
 from mpisph.diagnostics import cloud_definition, target_plate
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 from mpisph.rings import Sections, sections
 
 

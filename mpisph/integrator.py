@@ -9,8 +9,8 @@ the same bits however the particles are spread over ranks.
 import numpy as np
 from numba import njit
 
-from mpisph.jit import EXACT
-from mpisph.particles import FloatArray, Particles
+from mpisph.core.jit import EXACT
+from mpisph.core.particles import FloatArray, Particles
 
 
 @njit(**EXACT)

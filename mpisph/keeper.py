@@ -4,7 +4,7 @@ import errno
 import time
 
 from mpisph.checkpoint import PARTICLE_BYTES
-from mpisph.errors import CollectiveError
+from mpisph.core.errors import CollectiveError
 from mpisph.guard import STOP_FILE, Guard, Wish, is_stop, reason
 from mpisph.recorder import Recorder
 from mpisph.simulation import Simulation

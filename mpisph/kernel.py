@@ -19,7 +19,7 @@ Petschek, Libersky (1993), J. Comp. Phys. 109, 76-83.
 import numpy as np
 from numba import njit
 
-from mpisph.jit import EXACT, INLINE, ROUNDED
+from mpisph.core.jit import EXACT, INLINE, ROUNDED
 
 XI_FAR = 16.0
 """From this xi on, expansions in 1/xi hold."""

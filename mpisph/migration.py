@@ -4,7 +4,7 @@ from mpi4py import MPI
 
 from mpisph.collectives import redistribute
 from mpisph.decomposition import Cut, owners
-from mpisph.particles import Particles
+from mpisph.core.particles import Particles
 
 
 def migrate(comm: MPI.Intracomm, p: Particles, cut: Cut) -> Particles:

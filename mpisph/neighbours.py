@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from mpisph.jit import EXACT
-from mpisph.particles import FloatArray, IntArray
+from mpisph.core.jit import EXACT
+from mpisph.core.particles import FloatArray, IntArray
 
 CELLS_PER_REACH = 2.0
 """Cell size: the reach kappa h of the level's smallest h over this. Larger cells make

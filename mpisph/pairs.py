@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from mpisph.heat import heat_flow
-from mpisph.jit import EXACT, INLINE
+from mpisph.core.jit import EXACT, INLINE
 from mpisph.kernel import XI_FAR, ring_averages, ring_averages_far
 from mpisph.records import RING_FIELDS, Ring, ring_at
 from mpisph.viscosity import approach, separation2, viscous_pressure

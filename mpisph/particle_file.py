@@ -26,7 +26,7 @@ from mpisph.collectives import (
     raise_together,
 )
 from mpisph.files import replace_file
-from mpisph.particles import Field, Particles
+from mpisph.core.particles import Field, Particles
 
 Writer = Literal["auto", "parallel", "gather"]
 

@@ -11,7 +11,7 @@ from mpi4py import MPI
 from mpi4py import __version__ as mpi4py_version
 
 from mpisph import __version__
-from mpisph.launcher import library_name
+from mpisph.core.launcher import library_name
 
 UNKNOWN = "unknown"
 """Revision of sources that are not in a checkout."""

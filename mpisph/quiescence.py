@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numba import njit
 
-from mpisph.jit import EXACT
+from mpisph.core.jit import EXACT
 from mpisph.neighbours import SLACK, split_key
 from mpisph.records import ring_at
 

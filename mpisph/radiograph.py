@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 from mpisph.rings import Sections, sections
 
 ALUMINIUM_80_KEV = 0.02018

@@ -12,7 +12,7 @@ from numba import njit
 
 from mpisph.constitutive import MaterialTable
 from mpisph.eos import bulk_sound_speed
-from mpisph.jit import EXACT
+from mpisph.core.jit import EXACT
 from mpisph.kernel import lies_near_axis
 from mpisph.neighbours import (
     CellOrder,
@@ -22,7 +22,7 @@ from mpisph.neighbours import (
     row_of,
 )
 from mpisph.pairs import LANES, heating, make_buffer, pack_neighbours, pair_sums
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 from mpisph.quiescence import (
     calm_particles,
     cell_reach,

@@ -15,9 +15,9 @@ from mpisph.checkpoint import PARTICLE_BYTES, Checkpoint, write_checkpoint
 from mpisph.collectives import from_root, raise_together
 from mpisph.decomposition import imbalance
 from mpisph.diagnostics import ConservationErrors, conservation_errors, measure_cloud
-from mpisph.errors import MpisphError, UnstableError
+from mpisph.core.errors import MpisphError, UnstableError
 from mpisph.history import History, HistoryRow
-from mpisph.particles import IntArray
+from mpisph.core.particles import IntArray
 from mpisph.progress import Progress, RunLog
 from mpisph.provenance import versions
 from mpisph.result import (

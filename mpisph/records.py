@@ -7,7 +7,7 @@ from numba import njit
 
 from mpisph.constitutive import pressure_and_sound_speed
 from mpisph.heat import diffusivity
-from mpisph.jit import EXACT
+from mpisph.core.jit import EXACT
 
 TINY_RADIUS = 1e-150
 """Keeps 1/r finite for a particle on the axis [m]."""

@@ -27,7 +27,7 @@ from mpisph.checkpoint import (
 )
 from mpisph.collectives import from_root, on_root
 from mpisph.compiled import warm_up
-from mpisph.errors import (
+from mpisph.core.errors import (
     CaseError,
     CollectiveError,
     MpisphError,
@@ -38,7 +38,7 @@ from mpisph.estimate import check_memory
 from mpisph.files import write_text
 from mpisph.guard import Guard
 from mpisph.history import HISTORY_FILE, History, kept_history
-from mpisph.jit import CACHE_FOLDER, is_compiled
+from mpisph.core.jit import CACHE_FOLDER, is_compiled
 from mpisph.keeper import Keeper, StopRequested
 from mpisph.lock import FolderLock
 from mpisph.progress import Progress, RunLog, open_console

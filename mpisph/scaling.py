@@ -18,7 +18,7 @@ from mpisph.census import CutMode, choose_columns, take_census
 from mpisph.decomposition import Cut, equal_work_cut, owners, work_of
 from mpisph.geometry import discretise
 from mpisph.halo import NOTHING, boxes, hull, partners_of, reach, select
-from mpisph.particles import FloatArray, IntArray
+from mpisph.core.particles import FloatArray, IntArray
 from mpisph.sources import EXCHANGED
 
 GHOST_BYTES = 8 * len(EXCHANGED)

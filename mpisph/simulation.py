@@ -37,11 +37,11 @@ from mpisph.geometry import InitialParticles, discretise
 from mpisph.halo import Halo, boxes, exchange_halo, reach
 from mpisph.integrator import drift, kick, predict
 from mpisph.materials import Material
-from mpisph.memory import keep_freed_memory
+from mpisph.core.memory import keep_freed_memory
 from mpisph.migration import migrate
 from mpisph.neighbours import Lattice, cell_keys, make_lattice
-from mpisph.particles import INTEGRATED, STRESS_ROWS, FloatArray, Particles
-from mpisph.phases import Phases
+from mpisph.core.particles import INTEGRATED, STRESS_ROWS, FloatArray, Particles
+from mpisph.core.phases import Phases
 from mpisph.rates import update_rates
 from mpisph.scheme import Scheme
 from mpisph.smoothing import MODES

@@ -7,7 +7,7 @@ Lee, Seo, Min (2003), Trans. KSME A, eqs (20), (21).
 
 from numba import njit
 
-from mpisph.jit import EXACT
+from mpisph.core.jit import EXACT
 
 FIXED = 0
 CLASSIC = 1

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from mpi4py import MPI
 
 from mpisph.collectives import on_root
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.files import write_text
 from mpisph.particle_file import (
     Column,
@@ -31,7 +31,7 @@ from mpisph.particle_file import (
     stored_text,
     write_particle_file,
 )
-from mpisph.particles import FIELDS, Particles
+from mpisph.core.particles import FIELDS, Particles
 
 SNAPSHOTS_FOLDER = "snapshots"
 SERIES_FILE = "snapshots.vtkhdf.series"

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mpisph.neighbours import CellOrder, Lattice, sort_into_cells
-from mpisph.particles import (
+from mpisph.core.particles import (
     FIELDS,
     INTEGRATED,
     LABELS,

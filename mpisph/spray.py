@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 
 BINS = 60
 """By default bins of 3 degrees."""

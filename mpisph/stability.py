@@ -6,8 +6,8 @@ from typing import NamedTuple
 from numba import njit
 
 from mpisph.constitutive import MaterialTable
-from mpisph.jit import EXACT
-from mpisph.particles import Particles
+from mpisph.core.jit import EXACT
+from mpisph.core.particles import Particles
 
 STABLE = 0
 NON_FINITE = 1

@@ -10,7 +10,7 @@ from mpi4py import MPI
 from pydantic import BaseModel, ConfigDict
 
 from mpisph.collectives import on_root
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.files import write_text
 
 STATUS_FILE = "status.json"

@@ -1,7 +1,7 @@
 """The loop over the steps of a run, from one output time to the next."""
 
 from mpisph.decomposition import imbalance
-from mpisph.errors import UnstableError
+from mpisph.core.errors import UnstableError
 from mpisph.keeper import Keeper
 from mpisph.recorder import Recorder
 from mpisph.simulation import Simulation, advance, rebalance, step_rule, survey

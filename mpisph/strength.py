@@ -9,7 +9,7 @@ import math
 
 from numba import njit
 
-from mpisph.jit import EXACT
+from mpisph.core.jit import EXACT
 
 
 @njit(**EXACT)

@@ -8,7 +8,7 @@ import click
 from mpi4py import MPI
 
 from mpisph.collectives import from_root, on_root
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.guard import Guard
 from mpisph.options import STOPPED, shipped, walltime_option
 from mpisph.progress import open_console

@@ -16,8 +16,8 @@ from mpisph.constitutive import MaterialTable
 from mpisph.decomposition import relative_paces, work_of
 from mpisph.diagnostics import CloudDefinition, in_cloud, local_extent, totals
 from mpisph.halo import claim
-from mpisph.jit import EXACT
-from mpisph.particles import FloatArray, Particles
+from mpisph.core.jit import EXACT
+from mpisph.core.particles import FloatArray, Particles
 from mpisph.scheme import Scheme
 from mpisph.stability import STABLE, Bounds, first_fault
 from mpisph.timestep import StepRule, local_limit

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from numba import njit
 
-from mpisph.jit import EXACT
-from mpisph.particles import Particles
+from mpisph.core.jit import EXACT
+from mpisph.core.particles import Particles
 from mpisph.scheme import Scheme
 
 VISCOUS_SHARE = 0.6

@@ -8,7 +8,7 @@ Monaghan, Gingold (1983), J. Comp. Phys. 52, 374-389.
 
 from numba import njit
 
-from mpisph.jit import INLINE
+from mpisph.core.jit import INLINE
 
 
 @njit(**INLINE)

@@ -23,7 +23,7 @@ from mpisph.eos import (
     MaterialConstants,
 )
 from mpisph.neighbours import make_lattice, sort_into_cells
-from mpisph.particles import Particles
+from mpisph.core.particles import Particles
 from mpisph.rates import update_rates
 from mpisph.scheme import Scheme
 from mpisph.smoothing import AXISYMMETRIC, CLASSIC

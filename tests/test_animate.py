@@ -14,7 +14,7 @@ from small_runs import EXPOSED, small_run
 
 from mpisph import animate as module
 from mpisph.animate import animate, default_rate, find_ffmpeg
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 
 SNAPSHOTS = 10
 

@@ -23,7 +23,7 @@ from mpisph.bench.startup import launch_environment, on_all_cores
 from mpisph.bench.tables import tables
 from mpisph.case import load_case
 from mpisph.collectives import gather_all
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.simulation import start
 from mpisph.snapshot import read_snapshot
 

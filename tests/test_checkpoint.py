@@ -18,8 +18,8 @@ from mpisph.checkpoint import (
     set_aside,
     write_checkpoint,
 )
-from mpisph.errors import MpisphError
-from mpisph.particles import Particles
+from mpisph.core.errors import MpisphError
+from mpisph.core.particles import Particles
 
 SELF = MPI.COMM_SELF
 N = 60

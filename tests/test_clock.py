@@ -21,7 +21,7 @@ from mpisph.clock import (
     conclusion_text,
     fit_clock,
 )
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.status import Status
 
 OFFSET = 0.83e-6

@@ -23,8 +23,8 @@ from mpisph.collectives import (
     on_root,
     raise_together,
 )
-from mpisph.errors import CollectiveError
-from mpisph.particles import Particles
+from mpisph.core.errors import CollectiveError
+from mpisph.core.particles import Particles
 
 SELF = MPI.COMM_SELF
 

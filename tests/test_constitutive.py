@@ -14,7 +14,7 @@ from oracles import (
 
 from mpisph.constitutive import limit_stress, material_table, respond
 from mpisph.eos import CLAMP, LINEAR, OFF, TILLOTSON, ZERO
-from mpisph.particles import Particles
+from mpisph.core.particles import Particles
 
 MATERIALS = [ALUMINIUM._replace(eos=TILLOTSON), COPPER._replace(eos=LINEAR)]
 TABLE = material_table(MATERIALS)

@@ -25,7 +25,7 @@ from mpisph.diagnostics import (
     rear_face,
     totals,
 )
-from mpisph.particles import Particles
+from mpisph.core.particles import Particles
 
 SELF = MPI.COMM_SELF
 DEFINITION = CloudDefinition(rear=4e-3, min_velocity=600.0, quantile=0.9)

@@ -8,7 +8,7 @@ from launch import CASES, environment
 from mpi4py import MPI
 
 from mpisph.case import load_case
-from mpisph.errors import CaseError
+from mpisph.core.errors import CaseError
 from mpisph.estimate import RANK_BYTES, check_memory, estimate
 from mpisph.geometry import discretise
 from mpisph.run import run

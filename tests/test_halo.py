@@ -16,7 +16,7 @@ from mpisph.halo import (
     select,
 )
 from mpisph.integrator import drift, kick, predict
-from mpisph.particles import INTEGRATED, Particles
+from mpisph.core.particles import INTEGRATED, Particles
 
 KAPPA = 3.0
 

@@ -6,7 +6,7 @@ from oracles import bits, cloud
 from scipy.linalg import expm
 
 from mpisph.integrator import drift, kick, predict
-from mpisph.particles import INTEGRATED, Particles
+from mpisph.core.particles import INTEGRATED, Particles
 
 # Linear rates of u_z, rho, E, S_rr, S_zz, h out of z, u_z, rho, E, S_rr, S_zz, h:
 # an oscillator, a coupled pair, a damped pair that the position drives, and a decay.

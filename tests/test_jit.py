@@ -10,7 +10,7 @@ import numba
 import pytest
 
 import mpisph
-from mpisph import jit
+from mpisph.core import jit
 
 PACKAGE = Path(mpisph.__file__).parent
 
@@ -98,7 +98,7 @@ def test_only_the_pair_loop_may_reorder_sums():
 
 UNWRITABLE = """
 from pathlib import Path
-from mpisph import jit
+from mpisph.core import jit
 assert jit.CACHE_FOLDER.is_dir()
 assert not str(jit.CACHE_FOLDER).startswith("/proc")
 print(jit.CACHE_FOLDER)
@@ -171,7 +171,7 @@ def test_clearing_removes_compiled_code_alone(tmp_path, monkeypatch):
 def test_scipy_is_left_out_and_can_still_be_imported():
     code = """
 import sys
-import mpisph.jit
+import mpisph.core.jit
 assert "numba.np.arraymath" in sys.modules
 assert "scipy.linalg" not in sys.modules
 import scipy.linalg

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 import mpisph.keeper
-from mpisph.errors import CollectiveError
+from mpisph.core.errors import CollectiveError
 from mpisph.guard import Wish
 from mpisph.keeper import LATENCY, MARGIN, POLL, Keeper, StopRequested
 

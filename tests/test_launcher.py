@@ -6,7 +6,7 @@ import subprocess
 import pytest
 from launch import MPISPH, environment, launch
 
-from mpisph.launcher import Launch, launch_of, mismatch
+from mpisph.core.launcher import Launch, launch_of, mismatch
 
 
 @pytest.mark.parametrize(

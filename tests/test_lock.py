@@ -11,7 +11,7 @@ from mpi4py import MPI
 from oracles import agree
 
 import mpisph.lock
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.lock import LOCK_FILE, FolderLock, in_use
 
 SELF = MPI.COMM_SELF

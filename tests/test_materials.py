@@ -4,7 +4,7 @@ import pint
 import pytest
 from pydantic import ValidationError
 
-from mpisph.errors import CaseError, UnstableError
+from mpisph.core.errors import CaseError, UnstableError
 from mpisph.materials import Material, Tillotson, card_names, load_card
 from mpisph.materials.quantities import COMMON_UNITS, conversion_factor, si_value
 

@@ -6,13 +6,13 @@ import sys
 import pytest
 from launch import environment
 
-from mpisph import memory
-from mpisph.memory import total_memory
+from mpisph.core import memory
+from mpisph.core.memory import total_memory
 
 PAGE_FAULTS = """
 import ctypes, resource, sys
 import numpy as np
-from mpisph.memory import keep_freed_memory
+from mpisph.core.memory import keep_freed_memory
 if not hasattr(ctypes.CDLL(None), "mallopt"):
     sys.exit("no mallopt")
 if sys.argv[1] == "keep":

@@ -7,7 +7,7 @@ from oracles import agree, bits
 
 from mpisph.decomposition import Cut, owners
 from mpisph.migration import migrate
-from mpisph.particles import Particles
+from mpisph.core.particles import Particles
 
 
 def everyone(n=500):

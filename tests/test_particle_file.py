@@ -19,7 +19,7 @@ import h5py, numpy as np
 from mpi4py import MPI
 import mpisph.particle_file as module
 from mpisph.checkpoint import read_checkpoint, write_checkpoint
-from mpisph.particles import Particles
+from mpisph.core.particles import Particles
 
 comm, folder, n = MPI.COMM_WORLD, Path(sys.argv[1]), 4000
 mine = Particles.zeros(len(range(comm.rank, n, comm.size)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from oracles import bits
 
-from mpisph.particles import FIELDS, INTEGRATED, LABELS, VALUES, Particles
+from mpisph.core.particles import FIELDS, INTEGRATED, LABELS, VALUES, Particles
 
 RATES = ("du_r", "du_z", "drho", "dE", "dS_rr", "dS_zz", "dS_rz", "dh")
 

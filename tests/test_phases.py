@@ -2,12 +2,12 @@ import time
 
 import pytest
 
-from mpisph.phases import Phases
+from mpisph.core.phases import Phases
 
 
 def test_time_adds_up_by_name(monkeypatch):
     ticks = iter([0.0, 1.0, 10.0, 12.0, 20.0, 24.0])
-    monkeypatch.setattr("mpisph.phases.perf_counter", lambda: next(ticks))
+    monkeypatch.setattr("mpisph.core.phases.perf_counter", lambda: next(ticks))
     phases = Phases()
     spent = []
     for name in ("halo", "survey", "halo"):

@@ -6,7 +6,7 @@ from oracles import ALUMINIUM, SCHEME, bits, evaluate
 
 from mpisph.constitutive import material_table, pressure_and_sound_speed
 from mpisph.eos import LINEAR, TILLOTSON
-from mpisph.particles import Particles
+from mpisph.core.particles import Particles
 from mpisph.quiescence import REST, is_negligible
 
 DX = 1e-3

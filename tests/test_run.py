@@ -9,7 +9,7 @@ from oracles import agree
 from run_folders import differences, status
 
 from mpisph.case import load_case
-from mpisph.errors import CaseError, MpisphError
+from mpisph.core.errors import CaseError, MpisphError
 from mpisph.guard import Guard
 from mpisph.history import read_history
 from mpisph.run import resume, run

@@ -12,8 +12,8 @@ from mpi4py import MPI
 from oracles import numbered, share
 
 import mpisph.particle_file
-from mpisph.errors import CollectiveError, MpisphError
-from mpisph.particles import FIELDS
+from mpisph.core.errors import CollectiveError, MpisphError
+from mpisph.core.particles import FIELDS
 from mpisph.snapshot import read_series, read_snapshot, write_snapshot
 
 SELF = MPI.COMM_SELF

@@ -7,7 +7,7 @@ from oracles import agree, bits, cloud, evaluate
 
 from mpisph.decomposition import Cut, owners
 from mpisph.halo import Halo, boxes, claim, exchange_halo, reach
-from mpisph.particles import FIELDS, INTEGRATED
+from mpisph.core.particles import FIELDS, INTEGRATED
 from mpisph.sources import EXCHANGED, Sources, exchanged_fields, name_fields
 
 

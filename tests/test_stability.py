@@ -5,7 +5,7 @@ import pytest
 from oracles import ALUMINIUM, COPPER, cloud
 
 from mpisph.constitutive import material_table
-from mpisph.particles import VALUES, Particles
+from mpisph.core.particles import VALUES, Particles
 from mpisph.stability import (
     DENSITY,
     ENERGY,

@@ -7,7 +7,7 @@ import pytest
 from mpi4py import MPI
 
 from mpisph.collectives import on_root
-from mpisph.errors import CollectiveError, MpisphError
+from mpisph.core.errors import CollectiveError, MpisphError
 from mpisph.status import STATUS_FILE, StatusFile, read_status
 
 SELF = MPI.COMM_SELF

@@ -11,7 +11,7 @@ from mpisph.constitutive import material_table
 from mpisph.decomposition import PARTICLE_WORK
 from mpisph.diagnostics import CloudDefinition
 from mpisph.halo import claim
-from mpisph.particles import Particles
+from mpisph.core.particles import Particles
 from mpisph.stability import DENSITY, ENERGY, NON_FINITE, STABLE, Bounds
 from mpisph.survey import take_survey
 from mpisph.timestep import StepRule

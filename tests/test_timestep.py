@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from oracles import SCHEME, approx, cloud
 
-from mpisph.particles import Particles
+from mpisph.core.particles import Particles
 from mpisph.timestep import (
     StepRule,
     force_limit,

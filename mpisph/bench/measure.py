@@ -17,7 +17,7 @@ from mpisph.bench.record import Measurement, Scaling, Spread, Traffic
 from mpisph.bench.scenes import Scene
 from mpisph.collectives import caught, on_root, raise_together
 from mpisph.decomposition import imbalance
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 from mpisph.simulation import Simulation, step_rule, survey
 from mpisph.snapshot import write_snapshot
 from mpisph.stepping import make_step

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from mpisph.bench.record import Spread, StartUp
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.result import RESULT_FILE, read_result
 
 SMALL = ("resolution.npr=6", "time.end=20 ns", "output.figures=false")

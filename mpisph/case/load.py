@@ -16,7 +16,7 @@ from mpisph.case.parts import Key
 from mpisph.case.positions import line_numbers
 from mpisph.case.problems import Origins, case_problems, integer_problems
 from mpisph.case.toml_file import read_toml
-from mpisph.errors import CaseError, Problem
+from mpisph.core.errors import CaseError, Problem
 
 __all__ = ["CaseSource", "case_from_dict", "load_case"]
 

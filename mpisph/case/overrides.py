@@ -8,7 +8,7 @@ from typing import Any
 from mpisph.case.parts import Key
 from mpisph.case.positions import deep_line
 from mpisph.case.printing import printable
-from mpisph.errors import Problem
+from mpisph.core.errors import Problem
 from mpisph.materials.library import nearest
 
 __all__ = ["apply_override", "override_place"]

@@ -17,7 +17,7 @@ from mpisph.case.overrides import override_place
 from mpisph.case.parts import Finding, Key, Parts
 from mpisph.case.printing import printable
 from mpisph.case.schema import field_schema
-from mpisph.errors import Problem
+from mpisph.core.errors import Problem
 from mpisph.materials import Material, card_names
 from mpisph.materials.library import nearest, nearest_quoted
 from mpisph.materials.quantities import Identifier

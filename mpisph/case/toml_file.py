@@ -10,7 +10,7 @@ from typing import Any
 from mpisph.case.positions import deep_line
 from mpisph.case.printing import printable
 from mpisph.case.problems import BEYOND_64_BITS
-from mpisph.errors import CaseError, Problem
+from mpisph.core.errors import CaseError, Problem
 from mpisph.materials.library import nearest
 
 __all__ = ["read_toml"]

@@ -34,7 +34,7 @@ from mpisph.figures.style import (
     STYLE,
     WIDTH,
 )
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 from mpisph.snapshot import Snapshot, read_series, read_snapshot
 
 FIGURES_FOLDER = "figures"

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 
 from mpisph.figures.frame import MARKERS, finish, new_figure, set_titles
 from mpisph.figures.style import BODY_COLOURS, MEASURED, STYLE, WIDTH
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 
 _THIN: dict[str, Any] = {"linewidth": 0.9, "markersize": 4.0}
 _THICK: dict[str, Any] = {"linewidth": 2.0, "markersize": 4.5}

@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 
 from mpisph.figures.frame import finish, new_figure, set_titles
 from mpisph.figures.style import STYLE
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 
 LEVELS = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)
 """Classes of a map's colours, as multiples of the limit."""

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from mpisph.figures.frame import MARKERS, finish, new_figure
 from mpisph.figures.style import BODY_COLOURS, STYLE
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 
 BAND_PERCENT = 5.0
 """Half width of the band around no error [%]."""

@@ -9,7 +9,7 @@ from functools import lru_cache
 from importlib import resources
 from typing import Any
 
-from mpisph.errors import CaseError, Problem
+from mpisph.core.errors import CaseError, Problem
 from mpisph.materials.model import Material
 
 __all__ = ["card_data", "card_names", "load_card", "nearest", "nearest_quoted"]

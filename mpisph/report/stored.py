@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from mpisph.case import Case
 from mpisph.diagnostics import cloud_definition, measure_arrays
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.history import HISTORY_FILE, read_history
 from mpisph.lock import in_use
 from mpisph.progress import LOG_FILE

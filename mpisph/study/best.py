@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpisph.case import Case
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.history import HISTORY_FILE, read_history
 from mpisph.study.model import Study, StudyCase
 from mpisph.study.store import case_folder, study_folder

@@ -18,7 +18,7 @@ from rich.table import Table
 from mpisph.case.positions import line_numbers
 from mpisph.case.problems import Origins
 from mpisph.case.toml_file import read_toml
-from mpisph.errors import CaseError, MpisphError
+from mpisph.core.errors import CaseError, MpisphError
 from mpisph.materials.quantities import Description, FrozenModel, Identifier
 from mpisph.study.model import Study, Value, load_study, model_problems
 from mpisph.study.ranges import agreement

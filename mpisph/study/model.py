@@ -15,7 +15,7 @@ from mpisph.case.identity import case_key
 from mpisph.case.positions import line_numbers
 from mpisph.case.problems import Origins, integer_problems
 from mpisph.case.toml_file import read_toml
-from mpisph.errors import CaseError, Problem
+from mpisph.core.errors import CaseError, Problem
 from mpisph.materials.quantities import (
     Description,
     FrozenModel,

@@ -19,7 +19,7 @@ from rich.console import Console
 from mpisph.case import Case
 from mpisph.collectives import from_root, on_root
 from mpisph.compiled import warm_up
-from mpisph.errors import CollectiveError, MpisphError
+from mpisph.core.errors import CollectiveError, MpisphError
 from mpisph.estimate import estimate
 from mpisph.files import write_text
 from mpisph.guard import STOP_FILE, Guard, Wish

@@ -8,7 +8,7 @@ import numpy as np
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
 from mpisph.figures.study_shots import ShotsFigure, ShotsSeries
-from mpisph.particles import FloatArray
+from mpisph.core.particles import FloatArray
 from mpisph.study.axes import (
     SYMBOLS,
     Clock,

@@ -11,7 +11,7 @@ from typing import Any
 from mpisph.case import Case
 from mpisph.case.times import same_time
 from mpisph.clock import fit_clock
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.files import write_text
 from mpisph.history import HISTORY_FILE, read_history
 from mpisph.hole import measure_hole

@@ -3,7 +3,7 @@
 import pytest
 
 from mpisph.case import case_from_dict, case_schema
-from mpisph.errors import CaseError
+from mpisph.core.errors import CaseError
 
 UNBOUNDED = {"PressureLimit.value"}
 """Tension may be without limit; upwards it ends at zero."""

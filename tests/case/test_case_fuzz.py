@@ -19,7 +19,7 @@ from launch import CASES, MPISPH, launch
 
 from mpisph.case import case_schema, load_case
 from mpisph.case.counts import particle_count
-from mpisph.errors import CaseError
+from mpisph.core.errors import CaseError
 from mpisph.estimate import estimate
 from mpisph.geometry import discretise
 

@@ -1,7 +1,7 @@
 import pytest
 
 from mpisph.case import case_from_dict, load_case
-from mpisph.errors import CaseError
+from mpisph.core.errors import CaseError
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pickle
 import pytest
 
 from mpisph.case import case_from_dict, load_case
-from mpisph.errors import CaseError
+from mpisph.core.errors import CaseError
 
 
 def problems_of(data):

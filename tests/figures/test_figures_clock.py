@@ -10,7 +10,7 @@ from matplotlib.patches import Rectangle
 
 from mpisph.case import load_case
 from mpisph.clock import PREDICTIONS, ClockRun, conclude, fit_clock
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.figures.clock import draw_clock
 
 

@@ -12,7 +12,7 @@ from mpisph.case import load_case
 from mpisph.diagnostics import CloudMeasure
 from mpisph.figures.cloud import draw_cloud, draw_run, exposure_at
 from mpisph.figures.style import BODY_COLOURS
-from mpisph.particles import Particles
+from mpisph.core.particles import Particles
 from mpisph.snapshot import write_snapshot
 
 TIME = 6e-6

@@ -12,7 +12,7 @@ from mpisph.case import load_case
 from mpisph.figures.cloud import View, only_finite
 from mpisph.figures.frames import FILM, PANEL, Frame, common_view
 from mpisph.figures.style import BODY_COLOURS
-from mpisph.particles import Particles
+from mpisph.core.particles import Particles
 from mpisph.snapshot import read_snapshot, write_snapshot
 
 

@@ -12,7 +12,7 @@ from pages import Page, assert_links_lead_somewhere, assert_nothing_is_fetched
 from PIL import Image
 from small_runs import EXPOSED, small_run, unended
 
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.report import run_page
 from mpisph.report.analysis import AnalysisFigure
 from mpisph.report.run_page import write_report

@@ -7,7 +7,7 @@ import sys
 import pytest
 from small_runs import unended
 
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.report.stored import read_run
 from mpisph.result import read_result
 

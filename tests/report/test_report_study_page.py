@@ -11,7 +11,7 @@ from PIL import Image
 from rich.console import Console
 from small_runs import SHOT, unended
 
-from mpisph.errors import CaseError, MpisphError
+from mpisph.core.errors import CaseError, MpisphError
 from mpisph.report import run_page, study_page
 from mpisph.report.run_page import write_report
 from mpisph.run import run

@@ -6,7 +6,7 @@ import io
 import pytest
 from launch import CASES
 
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.history import HEADER
 from mpisph.study.best import best_sets, write_best
 from mpisph.study.model import load_study

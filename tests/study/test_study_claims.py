@@ -8,7 +8,7 @@ from mpi4py import MPI
 from rich.console import Console
 from studies import ALPHA, small_study
 
-from mpisph.errors import CaseError, MpisphError
+from mpisph.core.errors import CaseError, MpisphError
 from mpisph.study.claims import (
     CHECKS,
     Answer,

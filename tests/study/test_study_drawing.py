@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 from launch import CASES
 
-from mpisph.errors import CaseError
+from mpisph.core.errors import CaseError
 from mpisph.guard import Guard
 from mpisph.study import drawing
 from mpisph.study.curves import lines_figure

@@ -5,7 +5,7 @@ from launch import CASES
 
 from mpisph.case import load_case
 from mpisph.case.identity import case_key
-from mpisph.errors import CaseError
+from mpisph.core.errors import CaseError
 from mpisph.study.model import load_study
 
 BASE = CASES / "piekutowski-4-1353.toml"

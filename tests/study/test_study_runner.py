@@ -15,7 +15,7 @@ from run_folders import slow_steps
 from studies import ALPHA, UNSTABLE, small_study
 
 from mpisph.collectives import from_root, on_root
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.lock import FolderLock
 from mpisph.status import read_status
 from mpisph.study.model import load_study

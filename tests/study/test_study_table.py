@@ -12,7 +12,7 @@ from rich.console import Console
 from studies import UNSTABLE, small_study
 
 from mpisph.clock import fit_clock
-from mpisph.errors import MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.history import read_history
 from mpisph.hole import measure_hole
 from mpisph.result import read_result

@@ -1,0 +1,1 @@
+"""What every part uses: errors, compiling, memory, the launcher, the field table."""
