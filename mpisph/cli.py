@@ -25,7 +25,7 @@ from mpisph.estimate import estimate
 from mpisph.guard import STOP_FILE, Guard
 from mpisph.core.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
 from mpisph.core.launcher import launch_of, mismatch
-from mpisph.materials.quantities import si_value
+from mpisph.inputs.quantities import si_value
 from mpisph.options import (
     BAD_INPUT,
     STOPPED,

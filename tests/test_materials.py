@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from mpisph.core.errors import CaseError, UnstableError
 from mpisph.materials import Material, Tillotson, card_names, load_card
-from mpisph.materials.quantities import COMMON_UNITS, conversion_factor, si_value
+from mpisph.inputs.quantities import COMMON_UNITS, conversion_factor, si_value
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from mpisph.materials.quantities import (
+from mpisph.inputs.quantities import (
     FrozenModel,
     Identifier,
     NonNegativeLength,

@@ -24,7 +24,7 @@ from mpisph.case.sections import (
 from mpisph.case.times import merge_times, periodic_times, requested_times
 from mpisph.materials import Material, card_names
 from mpisph.materials.library import card_data
-from mpisph.materials.quantities import FrozenModel, Identifier, Title
+from mpisph.inputs.quantities import FrozenModel, Identifier, Title
 
 __all__ = ["MOST", "Case", "MaterialEntry", "merge_materials"]
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from mpisph.case.bodies import EquationOfState
-from mpisph.materials.quantities import (
+from mpisph.inputs.quantities import (
     Count,
     Flag,
     Fraction,

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
-from mpisph.materials.quantities import (
+from mpisph.inputs.quantities import (
     Density,
     Description,
     FrozenModel,

@@ -15,11 +15,11 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import Field, ValidationError, model_validator
 from rich.table import Table
 
-from mpisph.case.positions import line_numbers
+from mpisph.inputs.positions import line_numbers
 from mpisph.case.problems import Origins
-from mpisph.case.toml_file import read_toml
+from mpisph.inputs.toml_file import read_toml
 from mpisph.core.errors import CaseError, MpisphError
-from mpisph.materials.quantities import Description, FrozenModel, Identifier
+from mpisph.inputs.quantities import Description, FrozenModel, Identifier
 from mpisph.study.model import Study, Value, load_study, model_problems
 from mpisph.study.ranges import agreement
 from mpisph.study.table import Row, collect

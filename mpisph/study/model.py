@@ -12,11 +12,11 @@ from pydantic import Field, ValidationError, model_validator
 
 from mpisph.case import Case, CaseSource
 from mpisph.case.identity import case_key
-from mpisph.case.positions import line_numbers
+from mpisph.inputs.positions import line_numbers
 from mpisph.case.problems import Origins, integer_problems
-from mpisph.case.toml_file import read_toml
+from mpisph.inputs.toml_file import read_toml
 from mpisph.core.errors import CaseError, Problem
-from mpisph.materials.quantities import (
+from mpisph.inputs.quantities import (
     Description,
     FrozenModel,
     Identifier,

@@ -1,6 +1,6 @@
 import pytest
 
-from mpisph.case.positions import deep_line, line_numbers
+from mpisph.inputs.positions import deep_line, line_numbers
 
 DOCUMENT = """\
 title = "x"

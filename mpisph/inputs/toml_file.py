@@ -7,8 +7,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from mpisph.case.positions import deep_line
-from mpisph.case.printing import printable
+from mpisph.inputs.positions import deep_line
+from mpisph.inputs.printing import printable
 from mpisph.case.problems import BEYOND_64_BITS
 from mpisph.core.errors import CaseError, Problem
 from mpisph.materials.library import nearest

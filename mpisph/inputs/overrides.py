@@ -6,8 +6,8 @@ import tomllib
 from typing import Any
 
 from mpisph.case.parts import Key
-from mpisph.case.positions import deep_line
-from mpisph.case.printing import printable
+from mpisph.inputs.positions import deep_line
+from mpisph.inputs.printing import printable
 from mpisph.core.errors import Problem
 from mpisph.materials.library import nearest
 

@@ -1,0 +1,1 @@
+"""What reading any TOML file of ours needs: units, places, overrides, messages."""
