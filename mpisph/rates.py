@@ -10,10 +10,10 @@ steps would save that alone, and cost 500 bytes a particle.
 import numpy as np
 from numba import njit
 
-from mpisph.constitutive import MaterialTable
-from mpisph.eos import bulk_sound_speed
+from mpisph.physics.constitutive import MaterialTable
+from mpisph.physics.eos import bulk_sound_speed
 from mpisph.core.jit import EXACT
-from mpisph.kernel import lies_near_axis
+from mpisph.physics.kernel import lies_near_axis
 from mpisph.neighbours import (
     CellOrder,
     Lattice,
@@ -30,10 +30,10 @@ from mpisph.quiescence import (
     quiescent_until,
 )
 from mpisph.records import RING_FIELDS, ring_at, ring_records
-from mpisph.scheme import Scheme
-from mpisph.smoothing import smoothing_rate
+from mpisph.physics.scheme import Scheme
+from mpisph.physics.smoothing import smoothing_rate
 from mpisph.sources import Sources
-from mpisph.strength import jaumann_rate
+from mpisph.physics.strength import jaumann_rate
 
 
 @njit(**EXACT)

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from mpisph.constitutive import pressure_and_sound_speed
-from mpisph.heat import diffusivity
+from mpisph.physics.constitutive import pressure_and_sound_speed
+from mpisph.physics.heat import diffusivity
 from mpisph.core.jit import EXACT
 
 TINY_RADIUS = 1e-150

@@ -21,7 +21,7 @@ from mpi4py import MPI
 
 from mpisph.case import Case
 from mpisph.census import fastest_cut
-from mpisph.constitutive import MaterialTable, limit_stress, material_table, respond
+from mpisph.physics.constitutive import MaterialTable, limit_stress, material_table, respond
 from mpisph.decomposition import (
     Cut,
     Pace,
@@ -32,7 +32,7 @@ from mpisph.decomposition import (
     work_of,
 )
 from mpisph.diagnostics import CloudDefinition, cloud_definition
-from mpisph.eos import KINDS, P_MIN_MODES, MaterialConstants
+from mpisph.physics.eos import KINDS, P_MIN_MODES, MaterialConstants
 from mpisph.geometry import InitialParticles, discretise
 from mpisph.halo import Halo, boxes, exchange_halo, reach
 from mpisph.integrator import drift, kick, predict
@@ -43,8 +43,8 @@ from mpisph.neighbours import Lattice, cell_keys, make_lattice
 from mpisph.core.particles import INTEGRATED, STRESS_ROWS, FloatArray, Particles
 from mpisph.core.phases import Phases
 from mpisph.rates import update_rates
-from mpisph.scheme import Scheme
-from mpisph.smoothing import MODES
+from mpisph.physics.scheme import Scheme
+from mpisph.physics.smoothing import MODES
 from mpisph.sources import exchanged_fields, name_fields, sort_fields
 from mpisph.stability import Bounds
 from mpisph.survey import Survey, take_survey

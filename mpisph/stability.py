@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from mpisph.constitutive import MaterialTable
+from mpisph.physics.constitutive import MaterialTable
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import Particles
 

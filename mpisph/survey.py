@@ -12,13 +12,13 @@ from mpi4py import MPI
 from numba import njit
 
 from mpisph.collectives import CHUNKS, fixed_point_chunks, from_chunks
-from mpisph.constitutive import MaterialTable
+from mpisph.physics.constitutive import MaterialTable
 from mpisph.decomposition import relative_paces, work_of
 from mpisph.diagnostics import CloudDefinition, in_cloud, local_extent, totals
 from mpisph.halo import claim
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray, Particles
-from mpisph.scheme import Scheme
+from mpisph.physics.scheme import Scheme
 from mpisph.stability import STABLE, Bounds, first_fault
 from mpisph.timestep import StepRule, local_limit
 

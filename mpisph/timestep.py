@@ -10,7 +10,7 @@ from numba import njit
 
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import Particles
-from mpisph.scheme import Scheme
+from mpisph.physics.scheme import Scheme
 
 VISCOUS_SHARE = 0.6
 """Share of the viscous signal speed in the Courant limit (Monaghan 1989, J. Comp.

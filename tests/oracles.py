@@ -12,8 +12,8 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
-from mpisph.constitutive import material_table
-from mpisph.eos import (
+from mpisph.physics.constitutive import material_table
+from mpisph.physics.eos import (
     CLAMP,
     LINEAR,
     MIE_GRUENEISEN,
@@ -25,8 +25,8 @@ from mpisph.eos import (
 from mpisph.neighbours import make_lattice, sort_into_cells
 from mpisph.core.particles import Particles
 from mpisph.rates import update_rates
-from mpisph.scheme import Scheme
-from mpisph.smoothing import AXISYMMETRIC, CLASSIC
+from mpisph.physics.scheme import Scheme
+from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC
 from mpisph.sources import exchanged_fields, name_fields
 
 DIGITS = 60

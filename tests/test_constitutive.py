@@ -12,8 +12,8 @@ from oracles import (
     pressure_and_sound_speed,
 )
 
-from mpisph.constitutive import limit_stress, material_table, respond
-from mpisph.eos import CLAMP, LINEAR, OFF, TILLOTSON, ZERO
+from mpisph.physics.constitutive import limit_stress, material_table, respond
+from mpisph.physics.eos import CLAMP, LINEAR, OFF, TILLOTSON, ZERO
 from mpisph.core.particles import Particles
 
 MATERIALS = [ALUMINIUM._replace(eos=TILLOTSON), COPPER._replace(eos=LINEAR)]

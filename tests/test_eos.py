@@ -7,7 +7,7 @@ import pytest
 from oracles import ALUMINIUM, approx, pressure_and_slopes
 from scipy.integrate import solve_ivp
 
-from mpisph.eos import (
+from mpisph.physics.eos import (
     CLAMP,
     KINDS,
     LINEAR,

@@ -3,7 +3,7 @@
 import numpy as np
 from oracles import approx, gaussian_3d, ring_points
 
-from mpisph.heat import diffusivity, heat_flow
+from mpisph.physics.heat import diffusivity, heat_flow
 
 
 def test_diffusivity_r6():

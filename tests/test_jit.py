@@ -69,7 +69,7 @@ def test_the_folder_is_named_by_the_digest_and_used(tmp_path, monkeypatch):
 
 def test_compiled_code_lands_in_the_folder(tmp_path):
     """A process of its own: Numba reads the folder when a function is decorated."""
-    code = "from mpisph.strength import equivalent_stress as f; f(1.0, 2.0, 3.0)"
+    code = "from mpisph.physics.strength import equivalent_stress as f; f(1.0, 2.0, 3.0)"
     subprocess.run(
         [sys.executable, "-c", code],
         check=True,

@@ -14,7 +14,7 @@ from oracles import (
 )
 from scipy.special import ive
 
-from mpisph.kernel import (
+from mpisph.physics.kernel import (
     PI_POW,
     XI_FAR,
     exp_minus,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from oracles import ALUMINIUM, SCHEME, bits, evaluate
 
-from mpisph.constitutive import material_table, pressure_and_sound_speed
-from mpisph.eos import LINEAR, TILLOTSON
+from mpisph.physics.constitutive import material_table, pressure_and_sound_speed
+from mpisph.physics.eos import LINEAR, TILLOTSON
 from mpisph.core.particles import Particles
 from mpisph.quiescence import REST, is_negligible
 

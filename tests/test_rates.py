@@ -17,9 +17,9 @@ from oracles import (
 )
 from scipy.special import ive
 
-from mpisph.eos import CLAMP, LINEAR, TILLOTSON, ZERO
-from mpisph.kernel import XI_FAR
-from mpisph.smoothing import AXISYMMETRIC, CLASSIC, FIXED
+from mpisph.physics.eos import CLAMP, LINEAR, TILLOTSON, ZERO
+from mpisph.physics.kernel import XI_FAR
+from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC, FIXED
 
 ACCURACY = 1e-11
 """Of the largest rate in the cloud. A sum has 60 terms of both signs, with a kernel

@@ -3,7 +3,7 @@
 import numpy as np
 from oracles import ALUMINIUM, SCHEME, cloud, pressure_and_sound_speed
 
-from mpisph.constitutive import material_table
+from mpisph.physics.constitutive import material_table
 from mpisph.neighbours import make_lattice, sort_into_cells
 from mpisph.records import RING_FIELDS, Ring, ring_at, ring_records
 from mpisph.sources import Sources, exchanged_fields, name_fields

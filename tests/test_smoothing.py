@@ -4,7 +4,7 @@ import math
 
 from oracles import approx
 
-from mpisph.smoothing import (
+from mpisph.physics.smoothing import (
     AXIS_SOFTENING,
     AXISYMMETRIC,
     CLASSIC,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from oracles import ALUMINIUM, COPPER, cloud
 
-from mpisph.constitutive import material_table
+from mpisph.physics.constitutive import material_table
 from mpisph.core.particles import VALUES, Particles
 from mpisph.stability import (
     DENSITY,

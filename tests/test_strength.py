@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from oracles import approx, deviator, jaumann
 
-from mpisph.strength import equivalent_stress, jaumann_rate, yield_factor
+from mpisph.physics.strength import equivalent_stress, jaumann_rate, yield_factor
 
 MU = 25e9
 GRADIENTS = st.tuples(*[st.floats(-1e6, 1e6)] * 5)

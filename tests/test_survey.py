@@ -7,7 +7,7 @@ import pytest
 from mpi4py import MPI
 from oracles import ALUMINIUM, COPPER, SCHEME, agree, bits, cloud
 
-from mpisph.constitutive import material_table
+from mpisph.physics.constitutive import material_table
 from mpisph.decomposition import PARTICLE_WORK
 from mpisph.diagnostics import CloudDefinition
 from mpisph.halo import claim

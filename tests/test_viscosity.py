@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from oracles import approx, gaussian_3d, ring_points
 
-from mpisph.viscosity import approach, separation2, viscous_pressure
+from mpisph.physics.viscosity import approach, separation2, viscous_pressure
 
 H = 0.8
 PAIRS = [

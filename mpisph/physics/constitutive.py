@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from mpisph.eos import (
+from mpisph.physics.eos import (
     KINDS,
     MaterialConstants,
     bulk_sound_speed,
@@ -14,8 +14,8 @@ from mpisph.eos import (
 )
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import Particles
-from mpisph.scheme import Scheme
-from mpisph.strength import yield_factor
+from mpisph.physics.scheme import Scheme
+from mpisph.physics.strength import yield_factor
 
 MaterialTable = npt.NDArray[np.void]
 """Structured array of `MaterialConstants`, one row a material."""

@@ -1,0 +1,1 @@
+"""The equations, one jitted function each, and the models of materials."""
