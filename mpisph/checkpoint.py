@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 from mpi4py import MPI
 
-from mpisph.collectives import (
+from mpisph.parallel.collectives import (
     block_starts,
     caught,
     from_root,

@@ -19,7 +19,7 @@ from mpi4py import MPI
 from mpisph import __version__
 from mpisph.bench import PARTS
 from mpisph.case import Case, case_schema, load_case
-from mpisph.collectives import from_root, on_root
+from mpisph.parallel.collectives import from_root, on_root
 from mpisph.core.errors import CaseError, CollectiveError, MpisphError
 from mpisph.estimate import estimate
 from mpisph.guard import STOP_FILE, Guard

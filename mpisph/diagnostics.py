@@ -12,7 +12,7 @@ from numba import njit
 from mpisph.case import Case
 from mpisph.case.bodies import Plate
 from mpisph.case.sections import Exposure, Measured
-from mpisph.collectives import gather_all
+from mpisph.parallel.collectives import gather_all
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray, IntArray, Particles
 

@@ -8,7 +8,7 @@ from mpi4py import MPI
 from mpisph.case import Case
 from mpisph.case.counts import particle_count
 from mpisph.case.parts import spacing_key
-from mpisph.collectives import raise_together
+from mpisph.parallel.collectives import raise_together
 from mpisph.core.errors import CaseError, Problem
 from mpisph.core.memory import total_memory
 from mpisph.core.particles import INTEGRATED, LABELS, VALUES

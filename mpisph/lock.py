@@ -14,7 +14,7 @@ from typing import Self
 
 from mpi4py import MPI
 
-from mpisph.collectives import caught, on_root, raise_together
+from mpisph.parallel.collectives import caught, on_root, raise_together
 from mpisph.core.errors import MpisphError
 
 LOCK_FILE = ".lock"

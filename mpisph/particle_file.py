@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 
-from mpisph.collectives import (
+from mpisph.parallel.collectives import (
     by_id_blocks,
     caught,
     gather_all,

@@ -25,7 +25,7 @@ from mpisph.checkpoint import (
     remove_checkpoints,
     set_aside,
 )
-from mpisph.collectives import from_root, on_root
+from mpisph.parallel.collectives import from_root, on_root
 from mpisph.compiled import warm_up
 from mpisph.core.errors import (
     CaseError,

@@ -14,10 +14,10 @@ import numpy as np
 from mpi4py import MPI
 
 from mpisph.case import Case
-from mpisph.census import CutMode, choose_columns, take_census
-from mpisph.decomposition import Cut, equal_work_cut, owners, work_of
+from mpisph.parallel.census import CutMode, choose_columns, take_census
+from mpisph.parallel.decomposition import Cut, equal_work_cut, owners, work_of
 from mpisph.geometry import discretise
-from mpisph.halo import NOTHING, boxes, hull, partners_of, reach, select
+from mpisph.parallel.halo import NOTHING, boxes, hull, partners_of, reach, select
 from mpisph.core.particles import FloatArray, IntArray
 from mpisph.sources import EXCHANGED
 

@@ -20,9 +20,9 @@ import numpy as np
 from mpi4py import MPI
 
 from mpisph.case import Case
-from mpisph.census import fastest_cut
+from mpisph.parallel.census import fastest_cut
 from mpisph.physics.constitutive import MaterialTable, limit_stress, material_table, respond
-from mpisph.decomposition import (
+from mpisph.parallel.decomposition import (
     Cut,
     Pace,
     Patience,
@@ -34,11 +34,11 @@ from mpisph.decomposition import (
 from mpisph.diagnostics import CloudDefinition, cloud_definition
 from mpisph.physics.eos import KINDS, P_MIN_MODES, MaterialConstants
 from mpisph.geometry import InitialParticles, discretise
-from mpisph.halo import Halo, boxes, exchange_halo, reach
+from mpisph.parallel.halo import Halo, boxes, exchange_halo, reach
 from mpisph.integrator import drift, kick, predict
 from mpisph.materials import Material
 from mpisph.core.memory import keep_freed_memory
-from mpisph.migration import migrate
+from mpisph.parallel.migration import migrate
 from mpisph.neighbours import Lattice, cell_keys, make_lattice
 from mpisph.core.particles import INTEGRATED, STRESS_ROWS, FloatArray, Particles
 from mpisph.core.phases import Phases

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 
-from mpisph.collectives import on_root
+from mpisph.parallel.collectives import on_root
 from mpisph.core.errors import MpisphError
 from mpisph.files import write_text
 from mpisph.particle_file import (

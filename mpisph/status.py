@@ -9,7 +9,7 @@ from typing import Literal
 from mpi4py import MPI
 from pydantic import BaseModel, ConfigDict
 
-from mpisph.collectives import on_root
+from mpisph.parallel.collectives import on_root
 from mpisph.core.errors import MpisphError
 from mpisph.files import write_text
 

@@ -1,6 +1,6 @@
 """The loop over the steps of a run, from one output time to the next."""
 
-from mpisph.decomposition import imbalance
+from mpisph.parallel.decomposition import imbalance
 from mpisph.core.errors import UnstableError
 from mpisph.keeper import Keeper
 from mpisph.recorder import Recorder

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 from mpi4py import MPI
 
-from mpisph.collectives import from_root, on_root
+from mpisph.parallel.collectives import from_root, on_root
 from mpisph.core.errors import MpisphError
 from mpisph.guard import Guard
 from mpisph.options import STOPPED, shipped, walltime_option

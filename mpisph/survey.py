@@ -11,11 +11,11 @@ import numpy as np
 from mpi4py import MPI
 from numba import njit
 
-from mpisph.collectives import CHUNKS, fixed_point_chunks, from_chunks
+from mpisph.parallel.collectives import CHUNKS, fixed_point_chunks, from_chunks
 from mpisph.physics.constitutive import MaterialTable
-from mpisph.decomposition import relative_paces, work_of
+from mpisph.parallel.decomposition import relative_paces, work_of
 from mpisph.diagnostics import CloudDefinition, in_cloud, local_extent, totals
-from mpisph.halo import claim
+from mpisph.parallel.halo import claim
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray, Particles
 from mpisph.physics.scheme import Scheme

@@ -22,7 +22,7 @@ from mpisph.bench.record import BenchRecord, Spread, StartUp, read_bench
 from mpisph.bench.startup import launch_environment, on_all_cores
 from mpisph.bench.tables import tables
 from mpisph.case import load_case
-from mpisph.collectives import gather_all
+from mpisph.parallel.collectives import gather_all
 from mpisph.core.errors import MpisphError
 from mpisph.simulation import start
 from mpisph.snapshot import read_snapshot

@@ -5,7 +5,7 @@ import pytest
 from mpi4py import MPI
 from oracles import agree, approx
 
-from mpisph.census import (
+from mpisph.parallel.census import (
     CELLS,
     GHOST_WORK,
     MESSAGE_WORK,
@@ -16,8 +16,8 @@ from mpisph.census import (
     modelled_time,
     take_census,
 )
-from mpisph.decomposition import equal_work_cut, owners, work_of
-from mpisph.halo import boxes, hull, select
+from mpisph.parallel.decomposition import equal_work_cut, owners, work_of
+from mpisph.parallel.halo import boxes, hull, select
 
 ALONE = MPI.COMM_SELF
 

@@ -5,7 +5,7 @@ import pytest
 from mpi4py import MPI
 from oracles import agree, approx
 
-from mpisph.decomposition import (
+from mpisph.parallel.decomposition import (
     BINS,
     FADING,
     LONGEST_WAIT,

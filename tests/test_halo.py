@@ -5,7 +5,7 @@ import pytest
 from mpi4py import MPI
 from oracles import agree, approx, bits, cloud
 
-from mpisph.halo import (
+from mpisph.parallel.halo import (
     NOTHING,
     Halo,
     boxes,

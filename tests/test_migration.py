@@ -5,8 +5,8 @@ import pytest
 from mpi4py import MPI
 from oracles import agree, bits
 
-from mpisph.decomposition import Cut, owners
-from mpisph.migration import migrate
+from mpisph.parallel.decomposition import Cut, owners
+from mpisph.parallel.migration import migrate
 from mpisph.core.particles import Particles
 
 

@@ -8,7 +8,7 @@ from oracles import agree
 
 from mpisph.case import load_case
 from mpisph.checkpoint import read_checkpoint
-from mpisph.collectives import gather_all
+from mpisph.parallel.collectives import gather_all
 from mpisph.core.errors import MpisphError
 from mpisph.history import History
 from mpisph.progress import Progress, RunLog, open_console

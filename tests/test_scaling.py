@@ -9,8 +9,8 @@ from mpi4py import MPI
 from oracles import agree, approx
 
 from mpisph.case import load_case
-from mpisph.decomposition import equal_work_cut, owners, work_of
-from mpisph.halo import reach
+from mpisph.parallel.decomposition import equal_work_cut, owners, work_of
+from mpisph.parallel.halo import reach
 from mpisph.scaling import (
     GHOST_BYTES,
     Costs,

@@ -10,8 +10,8 @@ from oracles import agree
 from plates import plate_impact, states_at
 
 from mpisph.case import load_case
-from mpisph.collectives import gather_all
-from mpisph.decomposition import Cut, Pace, imbalance, relative_paces
+from mpisph.parallel.collectives import gather_all
+from mpisph.parallel.decomposition import Cut, Pace, imbalance, relative_paces
 from mpisph.neighbours import cell_keys
 from mpisph.simulation import (
     SORT_EVERY,

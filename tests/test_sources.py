@@ -5,8 +5,8 @@ import pytest
 from mpi4py import MPI
 from oracles import agree, bits, cloud, evaluate
 
-from mpisph.decomposition import Cut, owners
-from mpisph.halo import Halo, boxes, claim, exchange_halo, reach
+from mpisph.parallel.decomposition import Cut, owners
+from mpisph.parallel.halo import Halo, boxes, claim, exchange_halo, reach
 from mpisph.core.particles import FIELDS, INTEGRATED
 from mpisph.sources import EXCHANGED, Sources, exchanged_fields, name_fields
 

@@ -6,7 +6,7 @@ import os
 import pytest
 from mpi4py import MPI
 
-from mpisph.collectives import on_root
+from mpisph.parallel.collectives import on_root
 from mpisph.core.errors import CollectiveError, MpisphError
 from mpisph.status import STATUS_FILE, StatusFile, read_status
 

@@ -8,9 +8,9 @@ from mpi4py import MPI
 from oracles import ALUMINIUM, COPPER, SCHEME, agree, bits, cloud
 
 from mpisph.physics.constitutive import material_table
-from mpisph.decomposition import PARTICLE_WORK
+from mpisph.parallel.decomposition import PARTICLE_WORK
 from mpisph.diagnostics import CloudDefinition
-from mpisph.halo import claim
+from mpisph.parallel.halo import claim
 from mpisph.core.particles import Particles
 from mpisph.stability import DENSITY, ENERGY, NON_FINITE, STABLE, Bounds
 from mpisph.survey import take_survey

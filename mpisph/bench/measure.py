@@ -15,8 +15,8 @@ from mpi4py import MPI
 
 from mpisph.bench.record import Measurement, Scaling, Spread, Traffic
 from mpisph.bench.scenes import Scene
-from mpisph.collectives import caught, on_root, raise_together
-from mpisph.decomposition import imbalance
+from mpisph.parallel.collectives import caught, on_root, raise_together
+from mpisph.parallel.decomposition import imbalance
 from mpisph.core.particles import FloatArray
 from mpisph.simulation import Simulation, step_rule, survey
 from mpisph.snapshot import write_snapshot

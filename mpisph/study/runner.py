@@ -17,7 +17,7 @@ from mpi4py import MPI
 from rich.console import Console
 
 from mpisph.case import Case
-from mpisph.collectives import from_root, on_root
+from mpisph.parallel.collectives import from_root, on_root
 from mpisph.compiled import warm_up
 from mpisph.core.errors import CollectiveError, MpisphError
 from mpisph.estimate import estimate

@@ -14,7 +14,7 @@ from rich.console import Console
 from run_folders import slow_steps
 from studies import ALPHA, UNSTABLE, small_study
 
-from mpisph.collectives import from_root, on_root
+from mpisph.parallel.collectives import from_root, on_root
 from mpisph.core.errors import MpisphError
 from mpisph.lock import FolderLock
 from mpisph.status import read_status

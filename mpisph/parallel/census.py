@@ -9,8 +9,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from mpi4py import MPI
 
-from mpisph.decomposition import BINS, Cut, equal_shares, equal_work_cut, extent
-from mpisph.halo import NOTHING
+from mpisph.parallel.decomposition import BINS, Cut, equal_shares, equal_work_cut, extent
+from mpisph.parallel.halo import NOTHING
 from mpisph.core.particles import FloatArray, IntArray
 
 CutMode = Literal["auto", "z", "zr"]

@@ -2,8 +2,8 @@
 
 from mpi4py import MPI
 
-from mpisph.collectives import redistribute
-from mpisph.decomposition import Cut, owners
+from mpisph.parallel.collectives import redistribute
+from mpisph.parallel.decomposition import Cut, owners
 from mpisph.core.particles import Particles
 
 

@@ -1,0 +1,1 @@
+"""How the particles are shared among ranks, and what ranks tell each other."""
