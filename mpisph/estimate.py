@@ -12,9 +12,9 @@ from mpisph.parallel.collectives import raise_together
 from mpisph.core.errors import CaseError, Problem
 from mpisph.core.memory import total_memory
 from mpisph.core.particles import INTEGRATED, LABELS, VALUES
-from mpisph.records import RING_FIELDS
-from mpisph.sources import EXCHANGED
-from mpisph.timestep import VISCOUS_SHARE
+from mpisph.sph.records import RING_FIELDS
+from mpisph.sph.sources import EXCHANGED
+from mpisph.sph.timestep import VISCOUS_SHARE
 
 COMPRESSION = 0.83
 """An automatic step is this much shorter than the first: sound is faster and h smaller

@@ -19,7 +19,7 @@ from mpisph.parallel.decomposition import Cut, equal_work_cut, owners, work_of
 from mpisph.geometry import discretise
 from mpisph.parallel.halo import NOTHING, boxes, hull, partners_of, reach, select
 from mpisph.core.particles import FloatArray, IntArray
-from mpisph.sources import EXCHANGED
+from mpisph.sph.sources import EXCHANGED
 
 GHOST_BYTES = 8 * len(EXCHANGED)
 """Size of a ghost in a message."""

@@ -35,20 +35,20 @@ from mpisph.diagnostics import CloudDefinition, cloud_definition
 from mpisph.physics.eos import KINDS, P_MIN_MODES, MaterialConstants
 from mpisph.geometry import InitialParticles, discretise
 from mpisph.parallel.halo import Halo, boxes, exchange_halo, reach
-from mpisph.integrator import drift, kick, predict
+from mpisph.sph.integrator import drift, kick, predict
 from mpisph.materials import Material
 from mpisph.core.memory import keep_freed_memory
 from mpisph.parallel.migration import migrate
-from mpisph.neighbours import Lattice, cell_keys, make_lattice
+from mpisph.sph.neighbours import Lattice, cell_keys, make_lattice
 from mpisph.core.particles import INTEGRATED, STRESS_ROWS, FloatArray, Particles
 from mpisph.core.phases import Phases
-from mpisph.rates import update_rates
+from mpisph.sph.rates import update_rates
 from mpisph.physics.scheme import Scheme
 from mpisph.physics.smoothing import MODES
-from mpisph.sources import exchanged_fields, name_fields, sort_fields
+from mpisph.sph.sources import exchanged_fields, name_fields, sort_fields
 from mpisph.stability import Bounds
 from mpisph.survey import Survey, take_survey
-from mpisph.timestep import StepRule
+from mpisph.sph.timestep import StepRule
 
 NO_STEP = StepRule(fixed=True, longest=0.0, courant=0.0)
 

@@ -7,7 +7,7 @@ from mpisph.recorder import Recorder
 from mpisph.simulation import Simulation, advance, rebalance, step_rule, survey
 from mpisph.stability import REASONS, STABLE
 from mpisph.survey import Survey
-from mpisph.timestep import step_to
+from mpisph.sph.timestep import step_to
 
 URGENT = 0.1
 """Imbalance that calls for a look at the load at once: in the first steps, when matter

@@ -20,7 +20,7 @@ from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray, Particles
 from mpisph.physics.scheme import Scheme
 from mpisph.stability import STABLE, Bounds, first_fault
-from mpisph.timestep import StepRule, local_limit
+from mpisph.sph.timestep import StepRule, local_limit
 
 N_SUMS = 5
 """The conserved sums and the mass of the cloud."""

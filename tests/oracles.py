@@ -22,12 +22,12 @@ from mpisph.physics.eos import (
     ZERO,
     MaterialConstants,
 )
-from mpisph.neighbours import make_lattice, sort_into_cells
+from mpisph.sph.neighbours import make_lattice, sort_into_cells
 from mpisph.core.particles import Particles
-from mpisph.rates import update_rates
+from mpisph.sph.rates import update_rates
 from mpisph.physics.scheme import Scheme
 from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC
-from mpisph.sources import exchanged_fields, name_fields
+from mpisph.sph.sources import exchanged_fields, name_fields
 
 DIGITS = 60
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459")

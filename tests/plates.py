@@ -5,7 +5,7 @@ from mpi4py import MPI
 
 from mpisph.case import case_from_dict
 from mpisph.simulation import advance, start, step_rule, survey
-from mpisph.timestep import step_to
+from mpisph.sph.timestep import step_to
 
 
 def plate_impact(velocity, thickness, radius, spacing, **scheme):

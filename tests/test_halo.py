@@ -15,7 +15,7 @@ from mpisph.parallel.halo import (
     reach,
     select,
 )
-from mpisph.integrator import drift, kick, predict
+from mpisph.sph.integrator import drift, kick, predict
 from mpisph.core.particles import INTEGRATED, Particles
 
 KAPPA = 3.0

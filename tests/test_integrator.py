@@ -5,7 +5,7 @@ import pytest
 from oracles import bits, cloud
 from scipy.linalg import expm
 
-from mpisph.integrator import drift, kick, predict
+from mpisph.sph.integrator import drift, kick, predict
 from mpisph.core.particles import INTEGRATED, Particles
 
 # Linear rates of u_z, rho, E, S_rr, S_zz, h out of z, u_z, rho, E, S_rr, S_zz, h:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from oracles import approx
 
-from mpisph.neighbours import (
+from mpisph.sph.neighbours import (
     CELLS_PER_REACH,
     MAX_LEVEL,
     candidate_runs,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mpisph.pairs import GROUP, LANES, MASS, make_buffer, pack_neighbours
-from mpisph.records import RING_FIELDS, Ring
+from mpisph.sph.pairs import GROUP, LANES, MASS, make_buffer, pack_neighbours
+from mpisph.sph.records import RING_FIELDS, Ring
 
 
 def test_groups_of_the_buffer_are_an_odd_number_of_cache_lines_apart():

@@ -7,7 +7,7 @@ from oracles import ALUMINIUM, SCHEME, bits, evaluate
 from mpisph.physics.constitutive import material_table, pressure_and_sound_speed
 from mpisph.physics.eos import LINEAR, TILLOTSON
 from mpisph.core.particles import Particles
-from mpisph.quiescence import REST, is_negligible
+from mpisph.sph.quiescence import REST, is_negligible
 
 DX = 1e-3
 H0 = 2.0 * DX

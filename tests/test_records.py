@@ -4,9 +4,9 @@ import numpy as np
 from oracles import ALUMINIUM, SCHEME, cloud, pressure_and_sound_speed
 
 from mpisph.physics.constitutive import material_table
-from mpisph.neighbours import make_lattice, sort_into_cells
-from mpisph.records import RING_FIELDS, Ring, ring_at, ring_records
-from mpisph.sources import Sources, exchanged_fields, name_fields
+from mpisph.sph.neighbours import make_lattice, sort_into_cells
+from mpisph.sph.records import RING_FIELDS, Ring, ring_at, ring_records
+from mpisph.sph.sources import Sources, exchanged_fields, name_fields
 
 
 def test_ring_records_follow_the_fields_of_ring():

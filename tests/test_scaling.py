@@ -22,7 +22,7 @@ from mpisph.scaling import (
     step_times,
 )
 from mpisph.simulation import start
-from mpisph.sources import EXCHANGED
+from mpisph.sph.sources import EXCHANGED
 
 SHOT = Path(__file__).parents[1] / "cases" / "piekutowski-4-1353.toml"
 COARSE = load_case(SHOT, ("resolution.npr=6",))

@@ -12,7 +12,7 @@ from plates import plate_impact, states_at
 from mpisph.case import load_case
 from mpisph.parallel.collectives import gather_all
 from mpisph.parallel.decomposition import Cut, Pace, imbalance, relative_paces
-from mpisph.neighbours import cell_keys
+from mpisph.sph.neighbours import cell_keys
 from mpisph.simulation import (
     SORT_EVERY,
     advance,

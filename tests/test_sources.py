@@ -8,7 +8,7 @@ from oracles import agree, bits, cloud, evaluate
 from mpisph.parallel.decomposition import Cut, owners
 from mpisph.parallel.halo import Halo, boxes, claim, exchange_halo, reach
 from mpisph.core.particles import FIELDS, INTEGRATED
-from mpisph.sources import EXCHANGED, Sources, exchanged_fields, name_fields
+from mpisph.sph.sources import EXCHANGED, Sources, exchanged_fields, name_fields
 
 
 def test_exchanged_fields_are_those_of_the_table():

@@ -14,7 +14,7 @@ from mpisph.parallel.halo import claim
 from mpisph.core.particles import Particles
 from mpisph.stability import DENSITY, ENERGY, NON_FINITE, STABLE, Bounds
 from mpisph.survey import take_survey
-from mpisph.timestep import StepRule
+from mpisph.sph.timestep import StepRule
 
 TABLE = material_table([ALUMINIUM, COPPER])
 BOUNDS = Bounds(density_min=0.01, density_max=5.0, energy=1e8, h_min=1e-6, h_max=1e3)

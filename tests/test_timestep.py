@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from oracles import SCHEME, approx, cloud
 
 from mpisph.core.particles import Particles
-from mpisph.timestep import (
+from mpisph.sph.timestep import (
     StepRule,
     force_limit,
     local_limit,

@@ -16,7 +16,7 @@ from mpisph.geometry import InitialParticles, discretise
 from mpisph.simulation import Simulation, start, start_from, step_rule, survey
 from mpisph.snapshot import SNAPSHOTS_FOLDER, read_snapshot, write_snapshot
 from mpisph.stepping import make_step
-from mpisph.timestep import step_to
+from mpisph.sph.timestep import step_to
 
 BLOCK_SPACING = 1e-4
 """Particle spacing of the block [m]."""

@@ -14,7 +14,7 @@ from numba import njit
 from mpisph.physics.heat import heat_flow
 from mpisph.core.jit import EXACT, INLINE
 from mpisph.physics.kernel import XI_FAR, ring_averages, ring_averages_far
-from mpisph.records import RING_FIELDS, Ring, ring_at
+from mpisph.sph.records import RING_FIELDS, Ring, ring_at
 from mpisph.physics.viscosity import approach, separation2, viscous_pressure
 
 LANES = 8

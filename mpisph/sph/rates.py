@@ -14,25 +14,25 @@ from mpisph.physics.constitutive import MaterialTable
 from mpisph.physics.eos import bulk_sound_speed
 from mpisph.core.jit import EXACT
 from mpisph.physics.kernel import lies_near_axis
-from mpisph.neighbours import (
+from mpisph.sph.neighbours import (
     CellOrder,
     Lattice,
     candidate_runs,
     find_neighbours,
     row_of,
 )
-from mpisph.pairs import LANES, heating, make_buffer, pack_neighbours, pair_sums
+from mpisph.sph.pairs import LANES, heating, make_buffer, pack_neighbours, pair_sums
 from mpisph.core.particles import FloatArray
-from mpisph.quiescence import (
+from mpisph.sph.quiescence import (
     calm_particles,
     cell_reach,
     is_negligible,
     quiescent_until,
 )
-from mpisph.records import RING_FIELDS, ring_at, ring_records
+from mpisph.sph.records import RING_FIELDS, ring_at, ring_records
 from mpisph.physics.scheme import Scheme
 from mpisph.physics.smoothing import smoothing_rate
-from mpisph.sources import Sources
+from mpisph.sph.sources import Sources
 from mpisph.physics.strength import jaumann_rate
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpisph.neighbours import CellOrder, Lattice, sort_into_cells
+from mpisph.sph.neighbours import CellOrder, Lattice, sort_into_cells
 from mpisph.core.particles import (
     FIELDS,
     INTEGRATED,

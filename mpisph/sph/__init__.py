@@ -1,0 +1,1 @@
+"""The discretisation: neighbours, pair sums, rates, stepping."""
