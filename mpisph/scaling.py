@@ -16,7 +16,7 @@ from mpi4py import MPI
 from mpisph.case import Case
 from mpisph.parallel.census import CutMode, choose_columns, take_census
 from mpisph.parallel.decomposition import Cut, equal_work_cut, owners, work_of
-from mpisph.geometry import discretise
+from mpisph.case.geometry import discretise
 from mpisph.parallel.halo import NOTHING, boxes, hull, partners_of, reach, select
 from mpisph.core.particles import FloatArray, IntArray
 from mpisph.sph.sources import EXCHANGED

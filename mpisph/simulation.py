@@ -33,7 +33,7 @@ from mpisph.parallel.decomposition import (
 )
 from mpisph.diagnostics import CloudDefinition, cloud_definition
 from mpisph.physics.eos import KINDS, P_MIN_MODES, MaterialConstants
-from mpisph.geometry import InitialParticles, discretise
+from mpisph.case.geometry import InitialParticles, discretise
 from mpisph.parallel.halo import Halo, boxes, exchange_halo, reach
 from mpisph.sph.integrator import drift, kick, predict
 from mpisph.materials import Material

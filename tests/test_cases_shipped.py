@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mpisph.case import case_from_dict, load_case
-from mpisph.geometry import discretise
+from mpisph.case.geometry import discretise
 
 FOLDER = Path(__file__).parents[1] / "cases"
 FILES = sorted(FOLDER.glob("*.toml"))

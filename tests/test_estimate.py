@@ -10,7 +10,7 @@ from mpi4py import MPI
 from mpisph.case import load_case
 from mpisph.core.errors import CaseError
 from mpisph.estimate import RANK_BYTES, check_memory, estimate
-from mpisph.geometry import discretise
+from mpisph.case.geometry import discretise
 from mpisph.run import run
 
 SHOT = CASES / "piekutowski-4-1353.toml"

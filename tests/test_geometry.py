@@ -6,7 +6,7 @@ import pytest
 
 from mpisph.case import case_from_dict
 from mpisph.case.counts import particle_count
-from mpisph.geometry import discretise
+from mpisph.case.geometry import discretise
 
 RHO = 2710.0
 

@@ -21,7 +21,7 @@ from mpisph.case import case_schema, load_case
 from mpisph.case.counts import particle_count
 from mpisph.core.errors import CaseError
 from mpisph.estimate import estimate
-from mpisph.geometry import discretise
+from mpisph.case.geometry import discretise
 
 TEXTS = [path.read_text(encoding="utf-8") for path in sorted(CASES.glob("*.toml"))]
 
