@@ -17,7 +17,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from mpisph.diagnostics import CloudDefinition, in_cloud
+from mpisph.diagnostics.diagnostics import CloudDefinition, in_cloud
 from mpisph.core.particles import FloatArray, IntArray
 from mpisph.rings import sections
 

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpisph.case import Case
-from mpisph.diagnostics import cloud_definition, target_plate
+from mpisph.diagnostics.diagnostics import cloud_definition, target_plate
 from mpisph.core.particles import FloatArray
 from mpisph.rings import Sections, sections
 

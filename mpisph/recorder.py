@@ -14,7 +14,7 @@ from mpisph.case import Case
 from mpisph.checkpoint import PARTICLE_BYTES, Checkpoint, write_checkpoint
 from mpisph.parallel.collectives import from_root, raise_together
 from mpisph.parallel.decomposition import imbalance
-from mpisph.diagnostics import ConservationErrors, conservation_errors, measure_cloud
+from mpisph.diagnostics.diagnostics import ConservationErrors, conservation_errors, measure_cloud
 from mpisph.core.errors import MpisphError, UnstableError
 from mpisph.history import History, HistoryRow
 from mpisph.core.particles import IntArray

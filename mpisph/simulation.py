@@ -31,7 +31,7 @@ from mpisph.parallel.decomposition import (
     part_work,
     work_of,
 )
-from mpisph.diagnostics import CloudDefinition, cloud_definition
+from mpisph.diagnostics.diagnostics import CloudDefinition, cloud_definition
 from mpisph.physics.eos import KINDS, P_MIN_MODES, MaterialConstants
 from mpisph.case.geometry import InitialParticles, discretise
 from mpisph.parallel.halo import Halo, boxes, exchange_halo, reach
@@ -46,7 +46,7 @@ from mpisph.sph.rates import update_rates
 from mpisph.physics.scheme import Scheme
 from mpisph.physics.smoothing import MODES
 from mpisph.sph.sources import exchanged_fields, name_fields, sort_fields
-from mpisph.stability import Bounds
+from mpisph.diagnostics.stability import Bounds
 from mpisph.survey import Survey, take_survey
 from mpisph.sph.timestep import StepRule
 

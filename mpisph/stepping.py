@@ -5,7 +5,7 @@ from mpisph.core.errors import UnstableError
 from mpisph.keeper import Keeper
 from mpisph.recorder import Recorder
 from mpisph.simulation import Simulation, advance, rebalance, step_rule, survey
-from mpisph.stability import REASONS, STABLE
+from mpisph.diagnostics.stability import REASONS, STABLE
 from mpisph.survey import Survey
 from mpisph.sph.timestep import step_to
 

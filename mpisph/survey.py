@@ -14,12 +14,12 @@ from numba import njit
 from mpisph.parallel.collectives import CHUNKS, fixed_point_chunks, from_chunks
 from mpisph.physics.constitutive import MaterialTable
 from mpisph.parallel.decomposition import relative_paces, work_of
-from mpisph.diagnostics import CloudDefinition, in_cloud, local_extent, totals
+from mpisph.diagnostics.diagnostics import CloudDefinition, in_cloud, local_extent, totals
 from mpisph.parallel.halo import claim
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray, Particles
 from mpisph.physics.scheme import Scheme
-from mpisph.stability import STABLE, Bounds, first_fault
+from mpisph.diagnostics.stability import STABLE, Bounds, first_fault
 from mpisph.sph.timestep import StepRule, local_limit
 
 N_SUMS = 5

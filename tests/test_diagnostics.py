@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from mpisph.case import load_case
 from mpisph.case.sections import Exposure
-from mpisph.diagnostics import (
+from mpisph.diagnostics.diagnostics import (
     TOTALS,
     CloudDefinition,
     CloudMeasure,

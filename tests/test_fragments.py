@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mpisph.fragments
-from mpisph.diagnostics import CloudDefinition
+from mpisph.diagnostics.diagnostics import CloudDefinition
 from mpisph.fragments import CONTACT, find_fragments
 
 DEFINITION = CloudDefinition(rear=0.0, min_velocity=500.0, quantile=0.99)

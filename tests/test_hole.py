@@ -5,7 +5,7 @@ import pytest
 from launch import CASES
 
 from mpisph.case import load_case
-from mpisph.diagnostics import cloud_definition, target_plate
+from mpisph.diagnostics.diagnostics import cloud_definition, target_plate
 from mpisph.case.geometry import discretise
 from mpisph.hole import maiden_diameter, measure_hole, nysmith_diameter
 

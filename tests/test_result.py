@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from mpisph.case import load_case
-from mpisph.diagnostics import CloudMeasure
+from mpisph.diagnostics.diagnostics import CloudMeasure
 from mpisph.result import (
     CloudRecord,
     Conservation,

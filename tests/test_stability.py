@@ -6,7 +6,7 @@ from oracles import ALUMINIUM, COPPER, cloud
 
 from mpisph.physics.constitutive import material_table
 from mpisph.core.particles import VALUES, Particles
-from mpisph.stability import (
+from mpisph.diagnostics.stability import (
     DENSITY,
     ENERGY,
     NON_FINITE,

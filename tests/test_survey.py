@@ -9,10 +9,10 @@ from oracles import ALUMINIUM, COPPER, SCHEME, agree, bits, cloud
 
 from mpisph.physics.constitutive import material_table
 from mpisph.parallel.decomposition import PARTICLE_WORK
-from mpisph.diagnostics import CloudDefinition
+from mpisph.diagnostics.diagnostics import CloudDefinition
 from mpisph.parallel.halo import claim
 from mpisph.core.particles import Particles
-from mpisph.stability import DENSITY, ENERGY, NON_FINITE, STABLE, Bounds
+from mpisph.diagnostics.stability import DENSITY, ENERGY, NON_FINITE, STABLE, Bounds
 from mpisph.survey import take_survey
 from mpisph.sph.timestep import StepRule
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from mpisph.case import Case, Plate, case_from_dict
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
-from mpisph.diagnostics import (
+from mpisph.diagnostics.diagnostics import (
     CloudDefinition,
     CloudErrors,
     CloudMeasure,

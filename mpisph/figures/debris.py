@@ -12,7 +12,7 @@ from matplotlib.colors import FuncNorm
 from matplotlib.figure import Figure
 
 from mpisph.case import Case
-from mpisph.diagnostics import (
+from mpisph.diagnostics.diagnostics import (
     CloudDefinition,
     cloud_definition,
     in_cloud,

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mpisph.case import Case
-from mpisph.diagnostics import cloud_definition
+from mpisph.diagnostics.diagnostics import cloud_definition
 from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE
 from mpisph.result import CloudRecord
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy.typing as npt
 
 from mpisph.case import Case, Plate, Sphere
-from mpisph.diagnostics import (
+from mpisph.diagnostics.diagnostics import (
     cloud_definition,
     impact_velocity,
     in_cloud,

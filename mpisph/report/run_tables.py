@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from mpisph.case import Body, Case, Cylinder, Plate, Sphere, SphericalShell
 from mpisph.case.bodies import EquationOfState
 from mpisph.case.sections import Exposure, PressureLimit, TimeStepping
-from mpisph.diagnostics import CloudFigure
+from mpisph.diagnostics.diagnostics import CloudFigure
 from mpisph.report.page import NONE, Link, Table
 from mpisph.report.stored import StoredRun
 from mpisph.result import Comparison

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpisph.case import Case
-from mpisph.diagnostics import cloud_definition, measure_arrays
+from mpisph.diagnostics.diagnostics import cloud_definition, measure_arrays
 from mpisph.core.errors import MpisphError
 from mpisph.history import HISTORY_FILE, read_history
 from mpisph.lock import in_use

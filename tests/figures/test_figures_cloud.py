@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from mpi4py import MPI
 
 from mpisph.case import load_case
-from mpisph.diagnostics import CloudMeasure
+from mpisph.diagnostics.diagnostics import CloudMeasure
 from mpisph.figures.cloud import draw_cloud, draw_run, exposure_at
 from mpisph.figures.style import BODY_COLOURS
 from mpisph.core.particles import Particles

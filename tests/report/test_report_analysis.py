@@ -5,7 +5,7 @@ import pytest
 from launch import CASES
 
 from mpisph.case import load_case
-from mpisph.diagnostics import cloud_definition
+from mpisph.diagnostics.diagnostics import cloud_definition
 from mpisph.fragments import find_fragments
 from mpisph.hole import Hole
 from mpisph.report import analysis

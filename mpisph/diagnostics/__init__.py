@@ -1,0 +1,1 @@
+"""What is looked at in every step: conserved sums, the cloud, signs of instability."""
