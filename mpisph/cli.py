@@ -21,7 +21,7 @@ from mpisph.bench import PARTS
 from mpisph.case import Case, case_schema, load_case
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.core.errors import CaseError, CollectiveError, MpisphError
-from mpisph.estimate import estimate
+from mpisph.solver.estimate import estimate
 from mpisph.guard import STOP_FILE, Guard
 from mpisph.core.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
 from mpisph.core.launcher import launch_of, mismatch
@@ -499,7 +499,7 @@ def cache_group() -> None:
 @cache_group.command("warm")
 def cache_warm_command() -> None:
     """Compile all that a run calls, and say where the code is kept."""
-    from mpisph.compiled import warm_up
+    from mpisph.solver.compiled import warm_up
 
     warm_up(MPI.COMM_WORLD)
     _say_cache()

@@ -7,7 +7,7 @@ from mpisph.checkpoint import PARTICLE_BYTES
 from mpisph.core.errors import CollectiveError
 from mpisph.guard import STOP_FILE, Guard, Wish, is_stop, reason
 from mpisph.recorder import Recorder
-from mpisph.simulation import Simulation
+from mpisph.solver.simulation import Simulation
 from mpisph.status import StatusFile
 
 POLL = 0.25

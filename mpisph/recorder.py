@@ -28,9 +28,9 @@ from mpisph.result import (
     Timing,
     make_comparisons,
 )
-from mpisph.simulation import Scales, Simulation, restore
+from mpisph.solver.simulation import Scales, Simulation, restore
 from mpisph.snapshot import write_snapshot
-from mpisph.survey import Survey
+from mpisph.solver.survey import Survey
 
 
 class RunState(BaseModel):

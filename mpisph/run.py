@@ -26,7 +26,7 @@ from mpisph.checkpoint import (
     set_aside,
 )
 from mpisph.parallel.collectives import from_root, on_root
-from mpisph.compiled import warm_up
+from mpisph.solver.compiled import warm_up
 from mpisph.core.errors import (
     CaseError,
     CollectiveError,
@@ -34,7 +34,7 @@ from mpisph.core.errors import (
     Problem,
     UnstableError,
 )
-from mpisph.estimate import check_memory
+from mpisph.solver.estimate import check_memory
 from mpisph.files import write_text
 from mpisph.guard import Guard
 from mpisph.history import HISTORY_FILE, History, kept_history
@@ -45,7 +45,7 @@ from mpisph.progress import Progress, RunLog, open_console
 from mpisph.provenance import git_revision, versions
 from mpisph.recorder import Recorder, RunState, restored
 from mpisph.result import RESULT_FILE, Ending, Result, read_result, write_result
-from mpisph.simulation import Simulation, start
+from mpisph.solver.simulation import Simulation, start
 from mpisph.snapshot import SERIES_FILE, SNAPSHOTS_FOLDER
 from mpisph.status import FINAL, STATUS_FILE, Status, StatusFile, read_status
 from mpisph.stepping import step_to_end

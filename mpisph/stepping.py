@@ -4,9 +4,9 @@ from mpisph.parallel.decomposition import imbalance
 from mpisph.core.errors import UnstableError
 from mpisph.keeper import Keeper
 from mpisph.recorder import Recorder
-from mpisph.simulation import Simulation, advance, rebalance, step_rule, survey
+from mpisph.solver.simulation import Simulation, advance, rebalance, step_rule, survey
 from mpisph.diagnostics.stability import REASONS, STABLE
-from mpisph.survey import Survey
+from mpisph.solver.survey import Survey
 from mpisph.sph.timestep import step_to
 
 URGENT = 0.1

@@ -4,7 +4,7 @@ import numpy as np
 from mpi4py import MPI
 
 from mpisph.case import case_from_dict
-from mpisph.simulation import advance, start, step_rule, survey
+from mpisph.solver.simulation import advance, start, step_rule, survey
 from mpisph.sph.timestep import step_to
 
 

@@ -24,7 +24,7 @@ from mpisph.bench.tables import tables
 from mpisph.case import load_case
 from mpisph.parallel.collectives import gather_all
 from mpisph.core.errors import MpisphError
-from mpisph.simulation import start
+from mpisph.solver.simulation import start
 from mpisph.snapshot import read_snapshot
 
 SHOT = CASES / "piekutowski-4-1353.toml"

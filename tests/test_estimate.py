@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from mpisph.case import load_case
 from mpisph.core.errors import CaseError
-from mpisph.estimate import RANK_BYTES, check_memory, estimate
+from mpisph.solver.estimate import RANK_BYTES, check_memory, estimate
 from mpisph.case.geometry import discretise
 from mpisph.run import run
 
@@ -21,7 +21,7 @@ import re, sys
 from pathlib import Path
 from mpi4py import MPI
 from mpisph.case import load_case
-from mpisph.simulation import advance, start, survey
+from mpisph.solver.simulation import advance, start, survey
 sim = start(load_case(sys.argv[1], ["resolution.npr=120"]), MPI.COMM_WORLD)
 advance(sim, 1e-10, survey(sim).claims)
 print(re.search(r"VmHWM:\\s*(\\d+) kB", Path("/proc/self/status").read_text())[1])
@@ -77,10 +77,10 @@ def test_a_case_beyond_the_memory_is_refused_on_all_ranks(monkeypatch, overrides
     each = max(750, 93 * comm.size)
     needed = comm.size * RANK_BYTES + estimate(case, 1).particles * each
     enough, short = round(1.05 * needed), round(0.95 * needed)
-    monkeypatch.setattr("mpisph.estimate.total_memory", lambda: enough)
+    monkeypatch.setattr("mpisph.solver.estimate.total_memory", lambda: enough)
     check_memory(case, comm)
     mine = short if comm.rank == comm.size - 1 else enough
-    monkeypatch.setattr("mpisph.estimate.total_memory", lambda: mine)
+    monkeypatch.setattr("mpisph.solver.estimate.total_memory", lambda: mine)
     with pytest.raises(CaseError) as caught:
         check_memory(case, comm)
     (problem,) = caught.value.problems
@@ -102,7 +102,7 @@ def test_a_node_needs_memory_for_its_own_ranks_alone(monkeypatch):
 
     case = load_case(SHOT, ["resolution.npr=500"])
     too_little = 0.9 * estimate(case, comm.size).memory
-    monkeypatch.setattr("mpisph.estimate.total_memory", lambda: too_little)
+    monkeypatch.setattr("mpisph.solver.estimate.total_memory", lambda: too_little)
     check_memory(case, Alone(comm))
     with pytest.raises(CaseError):
         check_memory(case, comm)

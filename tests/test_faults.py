@@ -354,8 +354,8 @@ main()
         "mpisph.checkpoint:_header:6:0:before",
         "mpisph.checkpoint:_prune:5:0:before",
         # In the middle of a step, and in that of the survey.
-        "mpisph.simulation:kick:150:1:after",
-        "mpisph.simulation:take_survey:90:1:before",
+        "mpisph.solver.simulation:kick:150:1:after",
+        "mpisph.solver.simulation:take_survey:90:1:before",
         # At the very beginning and the very end.
         "mpisph.run:write_text:1:0:before",
         "mpisph.run:write_result:1:0:before",

@@ -13,7 +13,7 @@ from mpisph.core.errors import MpisphError
 from mpisph.history import History
 from mpisph.progress import Progress, RunLog, open_console
 from mpisph.recorder import Recorder, RunState, restored
-from mpisph.simulation import rebalance, start, step_rule, survey
+from mpisph.solver.simulation import rebalance, start, step_rule, survey
 from mpisph.stepping import make_step
 
 PROVENANCE = {"revision": "abc"}

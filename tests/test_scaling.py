@@ -21,7 +21,7 @@ from mpisph.scaling import (
     scaling_table,
     step_times,
 )
-from mpisph.simulation import start
+from mpisph.solver.simulation import start
 from mpisph.sph.sources import EXCHANGED
 
 SHOT = Path(__file__).parents[1] / "cases" / "piekutowski-4-1353.toml"

@@ -13,7 +13,7 @@ from mpisph.case import load_case
 from mpisph.parallel.collectives import gather_all
 from mpisph.parallel.decomposition import Cut, Pace, imbalance, relative_paces
 from mpisph.sph.neighbours import cell_keys
-from mpisph.simulation import (
+from mpisph.solver.simulation import (
     SORT_EVERY,
     advance,
     rebalance,

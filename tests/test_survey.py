@@ -13,7 +13,7 @@ from mpisph.diagnostics.diagnostics import CloudDefinition
 from mpisph.parallel.halo import claim
 from mpisph.core.particles import Particles
 from mpisph.diagnostics.stability import DENSITY, ENERGY, NON_FINITE, STABLE, Bounds
-from mpisph.survey import take_survey
+from mpisph.solver.survey import take_survey
 from mpisph.sph.timestep import StepRule
 
 TABLE = material_table([ALUMINIUM, COPPER])

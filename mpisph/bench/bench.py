@@ -21,9 +21,9 @@ from mpisph.bench.scenes import (
 from mpisph.bench.startup import measure_start_up
 from mpisph.case import Case, load_case
 from mpisph.parallel.collectives import from_root
-from mpisph.compiled import run_tiny_case, warm_up
+from mpisph.solver.compiled import run_tiny_case, warm_up
 from mpisph.provenance import cpu_model, git_revision, versions
-from mpisph.simulation import start
+from mpisph.solver.simulation import start
 
 
 class Options(NamedTuple):

@@ -18,9 +18,9 @@ from rich.console import Console
 
 from mpisph.case import Case
 from mpisph.parallel.collectives import from_root, on_root
-from mpisph.compiled import warm_up
+from mpisph.solver.compiled import warm_up
 from mpisph.core.errors import CollectiveError, MpisphError
-from mpisph.estimate import estimate
+from mpisph.solver.estimate import estimate
 from mpisph.files import write_text
 from mpisph.guard import STOP_FILE, Guard, Wish
 from mpisph.lock import in_use

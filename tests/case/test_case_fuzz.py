@@ -20,7 +20,7 @@ from launch import CASES, MPISPH, launch
 from mpisph.case import case_schema, load_case
 from mpisph.case.counts import particle_count
 from mpisph.core.errors import CaseError
-from mpisph.estimate import estimate
+from mpisph.solver.estimate import estimate
 from mpisph.case.geometry import discretise
 
 TEXTS = [path.read_text(encoding="utf-8") for path in sorted(CASES.glob("*.toml"))]

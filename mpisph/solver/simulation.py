@@ -47,7 +47,7 @@ from mpisph.physics.scheme import Scheme
 from mpisph.physics.smoothing import MODES
 from mpisph.sph.sources import exchanged_fields, name_fields, sort_fields
 from mpisph.diagnostics.stability import Bounds
-from mpisph.survey import Survey, take_survey
+from mpisph.solver.survey import Survey, take_survey
 from mpisph.sph.timestep import StepRule
 
 NO_STEP = StepRule(fixed=True, longest=0.0, courant=0.0)

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from mpisph.case import case_from_dict
 from mpisph.core.jit import is_compiled, mark_compiled, prune_cache
-from mpisph.simulation import advance, rebalance, start, survey
+from mpisph.solver.simulation import advance, rebalance, start, survey
 
 TINY = {
     "title": "two plates, to compile with",

@@ -1,0 +1,1 @@
+"""The state of a run, its start and one step of it."""
