@@ -13,8 +13,8 @@ from mpisph.case import Case, case_from_dict
 from mpisph.core.errors import MpisphError
 from mpisph.figures.frames import FILM, Frame, common_view
 from mpisph.figures.style import STYLE
-from mpisph.files import replace_file
-from mpisph.snapshot import read_series, read_snapshot
+from mpisph.io.files import replace_file
+from mpisph.io.snapshot import read_series, read_snapshot
 
 FILM_FILE = "film.mp4"
 

@@ -39,7 +39,7 @@ from mpisph.progress import open_console
 from mpisph.study_cli import study_group
 
 if TYPE_CHECKING:
-    from mpisph.result import Result
+    from mpisph.io.result import Result
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -169,7 +169,7 @@ def _load_cases(case_files: Sequence[Path], overrides: Sequence[str]) -> list[Ca
 
 def _say_ending(folder: Path, result: "Result") -> None:
     """Print how a run ended, on rank 0."""
-    from mpisph.result import comparison_table
+    from mpisph.io.result import comparison_table
 
     if MPI.COMM_WORLD.rank != 0:
         return
@@ -207,8 +207,8 @@ def status_command(folders: tuple[Path, ...]) -> None:
 
 
 def _status_line(folder: Path) -> str:
-    from mpisph.lock import in_use
-    from mpisph.status import read_status
+    from mpisph.io.lock import in_use
+    from mpisph.io.status import read_status
 
     status = read_status(folder)
     if status is None:

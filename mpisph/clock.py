@@ -25,10 +25,10 @@ from mpisph.case import Body, Case
 from mpisph.case.parts import default_reference
 from mpisph.convergence import Convergence, converge, explain
 from mpisph.core.errors import MpisphError
-from mpisph.history import HISTORY_FILE, read_history
+from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.core.particles import FloatArray
-from mpisph.result import RESULT_FILE, read_result
-from mpisph.status import read_status
+from mpisph.io.result import RESULT_FILE, read_result
+from mpisph.io.status import read_status
 
 PREDICTIONS = (
     "The offset is fitted on this shot alone. It goes unchanged into the cases of the "

@@ -22,7 +22,7 @@ from typing import NoReturn
 from mpi4py import MPI
 
 from mpisph.core.errors import os_error_text
-from mpisph.status import read_status
+from mpisph.io.status import read_status
 
 STOP_FILE = "stop"
 """Name of the file in a run's folder that keeps the run from going on."""

@@ -3,12 +3,12 @@
 import errno
 import time
 
-from mpisph.checkpoint import PARTICLE_BYTES
+from mpisph.io.checkpoint import PARTICLE_BYTES
 from mpisph.core.errors import CollectiveError
 from mpisph.guard import STOP_FILE, Guard, Wish, is_stop, reason
 from mpisph.recorder import Recorder
 from mpisph.solver.simulation import Simulation
-from mpisph.status import StatusFile
+from mpisph.io.status import StatusFile
 
 POLL = 0.25
 """How often to look for the stop file [s]; on a cluster that asks a server."""

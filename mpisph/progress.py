@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskProgressColumn, TextColumn
 from rich.progress import Progress as RichProgress
 
-from mpisph.files import LineFile
+from mpisph.io.files import LineFile
 
 LOG_FILE = "log.txt"
 

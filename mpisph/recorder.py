@@ -11,16 +11,16 @@ from mpi4py import MPI
 from pydantic import BaseModel, ConfigDict
 
 from mpisph.case import Case
-from mpisph.checkpoint import PARTICLE_BYTES, Checkpoint, write_checkpoint
+from mpisph.io.checkpoint import PARTICLE_BYTES, Checkpoint, write_checkpoint
 from mpisph.parallel.collectives import from_root, raise_together
 from mpisph.parallel.decomposition import imbalance
 from mpisph.diagnostics.diagnostics import ConservationErrors, conservation_errors, measure_cloud
 from mpisph.core.errors import MpisphError, UnstableError
-from mpisph.history import History, HistoryRow
+from mpisph.io.history import History, HistoryRow
 from mpisph.core.particles import IntArray
 from mpisph.progress import Progress, RunLog
-from mpisph.provenance import versions
-from mpisph.result import (
+from mpisph.io.provenance import versions
+from mpisph.io.result import (
     CloudRecord,
     Conservation,
     Ending,
@@ -29,7 +29,7 @@ from mpisph.result import (
     make_comparisons,
 )
 from mpisph.solver.simulation import Scales, Simulation, restore
-from mpisph.snapshot import write_snapshot
+from mpisph.io.snapshot import write_snapshot
 from mpisph.solver.survey import Survey
 
 

@@ -16,7 +16,7 @@ from rich.console import Console
 
 from mpisph.case import Case, case_from_dict, load_case
 from mpisph.case.identity import differences
-from mpisph.checkpoint import (
+from mpisph.io.checkpoint import (
     CHECKPOINTS_FOLDER,
     Checkpoint,
     DamagedError,
@@ -35,19 +35,19 @@ from mpisph.core.errors import (
     UnstableError,
 )
 from mpisph.solver.estimate import check_memory
-from mpisph.files import write_text
+from mpisph.io.files import write_text
 from mpisph.guard import Guard
-from mpisph.history import HISTORY_FILE, History, kept_history
+from mpisph.io.history import HISTORY_FILE, History, kept_history
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
 from mpisph.keeper import Keeper, StopRequested
-from mpisph.lock import FolderLock
+from mpisph.io.lock import FolderLock
 from mpisph.progress import Progress, RunLog, open_console
-from mpisph.provenance import git_revision, versions
+from mpisph.io.provenance import git_revision, versions
 from mpisph.recorder import Recorder, RunState, restored
-from mpisph.result import RESULT_FILE, Ending, Result, read_result, write_result
+from mpisph.io.result import RESULT_FILE, Ending, Result, read_result, write_result
 from mpisph.solver.simulation import Simulation, start
-from mpisph.snapshot import SERIES_FILE, SNAPSHOTS_FOLDER
-from mpisph.status import FINAL, STATUS_FILE, Status, StatusFile, read_status
+from mpisph.io.snapshot import SERIES_FILE, SNAPSHOTS_FOLDER
+from mpisph.io.status import FINAL, STATUS_FILE, Status, StatusFile, read_status
 from mpisph.stepping import step_to_end
 
 CASE_FILE = "case.toml"

@@ -25,7 +25,7 @@ from mpisph.case import load_case
 from mpisph.parallel.collectives import gather_all
 from mpisph.core.errors import MpisphError
 from mpisph.solver.simulation import start
-from mpisph.snapshot import read_snapshot
+from mpisph.io.snapshot import read_snapshot
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 TINY = ("--npr", "4", "--late", "0.3us", "--repeats", "1", "--steps", "2")

@@ -10,8 +10,8 @@ import pytest
 from mpi4py import MPI
 from oracles import agree, numbered, share
 
-import mpisph.checkpoint
-from mpisph.checkpoint import (
+import mpisph.io.checkpoint
+from mpisph.io.checkpoint import (
     DamagedError,
     find_checkpoints,
     read_checkpoint,
@@ -44,7 +44,7 @@ def same(p, q):
 @pytest.mark.mpi(min_size=1)
 @pytest.mark.parametrize("n", [1, 3, N])
 def test_any_ranks_read_the_bits_that_any_ranks_wrote(mpi_tmp_path, monkeypatch, n):
-    monkeypatch.setattr(mpisph.checkpoint, "_CHUNK", 4096)  # several for each rank
+    monkeypatch.setattr(mpisph.io.checkpoint, "_CHUNK", 4096)  # several for each rank
     world = MPI.COMM_WORLD
     path = write(world, mpi_tmp_path, n=n)
     problems = []
@@ -83,7 +83,7 @@ def test_damage_is_noticed_on_all_ranks(mpi_tmp_path):
 
 
 def test_a_changed_bit_anywhere_is_noticed(tmp_path, monkeypatch):
-    monkeypatch.setattr(mpisph.checkpoint, "_CHUNK", 4096)  # several of them
+    monkeypatch.setattr(mpisph.io.checkpoint, "_CHUNK", 4096)  # several of them
     path = write(SELF, tmp_path)
     sound = path.read_bytes()
     rng = random.Random(4)
@@ -109,7 +109,7 @@ def test_a_file_cut_short_is_noticed(tmp_path, size):
 
 
 def test_exchanged_chunks_and_bytes_at_the_end_are_noticed(tmp_path, monkeypatch):
-    monkeypatch.setattr(mpisph.checkpoint, "_CHUNK", 4096)
+    monkeypatch.setattr(mpisph.io.checkpoint, "_CHUNK", 4096)
     path = write(SELF, tmp_path)
     sound = path.read_bytes()
     a, b = sound[512:4608], sound[4608:8704]
@@ -186,7 +186,7 @@ def test_a_link_in_the_way_is_not_followed(tmp_path):
 
 def reseal(path):
     """Make a file that was changed on purpose look sound."""
-    mpisph.checkpoint._seal(SELF, path)
+    mpisph.io.checkpoint._seal(SELF, path)
 
 
 @pytest.mark.parametrize("change", ["no state", "no density", "short", "not HDF5"])

@@ -7,7 +7,7 @@ import pytest
 from launch import CASES, MPISPH, launch
 
 from mpisph.case import load_case
-from mpisph.snapshot import read_series, read_snapshot
+from mpisph.io.snapshot import read_series, read_snapshot
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 SHORT = ("--set", "resolution.npr=4", "--set", "time.end=1.2us")

@@ -22,7 +22,7 @@ from mpisph.clock import (
     fit_clock,
 )
 from mpisph.core.errors import MpisphError
-from mpisph.status import Status
+from mpisph.io.status import Status
 
 OFFSET = 0.83e-6
 

@@ -14,8 +14,8 @@ import pytest
 from launch import CASES, MPISPH, PATIENCE, environment, launch
 from run_folders import assert_same, outcome, slow_steps, status
 
-from mpisph.checkpoint import find_checkpoints
-from mpisph.snapshot import read_series, read_snapshot
+from mpisph.io.checkpoint import find_checkpoints
+from mpisph.io.snapshot import read_series, read_snapshot
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 
@@ -345,14 +345,14 @@ main()
     "moment",
     [
         # The 40th column of a file: in the middle of one that all ranks write.
-        "mpisph.particle_file:_write_column:40:1:after",
-        "mpisph.particle_file:_write_column:400:0:before",
+        "mpisph.io.particle_file:_write_column:40:1:after",
+        "mpisph.io.particle_file:_write_column:400:0:before",
         # Complete, but without its name; with its name, but not yet in the list.
-        "mpisph.particle_file:replace_file:9:0:before",
-        "mpisph.snapshot:_update_series:7:0:before",
+        "mpisph.io.particle_file:replace_file:9:0:before",
+        "mpisph.io.snapshot:_update_series:7:0:before",
         # A checkpoint with a digest that is not in it yet; one too many of them.
-        "mpisph.checkpoint:_header:6:0:before",
-        "mpisph.checkpoint:_prune:5:0:before",
+        "mpisph.io.checkpoint:_header:6:0:before",
+        "mpisph.io.checkpoint:_prune:5:0:before",
         # In the middle of a step, and in that of the survey.
         "mpisph.solver.simulation:kick:150:1:after",
         "mpisph.solver.simulation:take_survey:90:1:before",

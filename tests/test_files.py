@@ -2,7 +2,7 @@
 
 import pytest
 
-from mpisph.files import replace_file, write_text
+from mpisph.io.files import replace_file, write_text
 
 
 def test_text_replaces_the_file_and_leaves_nothing_beside_it(tmp_path):
@@ -20,7 +20,7 @@ def test_a_failure_leaves_the_old_file(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("mpisph.files.os.fsync", full)
+    monkeypatch.setattr("mpisph.io.files.os.fsync", full)
     with pytest.raises(OSError, match="No space"):
         write_text(path, "two")
     assert path.read_text() == "one"
@@ -33,6 +33,6 @@ def test_file_and_folder_are_on_the_disk_before_and_after_renaming(
     part, path = tmp_path / "a.part", tmp_path / "a"
     part.write_text("x")
     seen = []
-    monkeypatch.setattr("mpisph.files.os.fsync", lambda _: seen.append(path.exists()))
+    monkeypatch.setattr("mpisph.io.files.os.fsync", lambda _: seen.append(path.exists()))
     replace_file(part, path)
     assert seen == [False, True]

@@ -84,7 +84,7 @@ import os, sys, signal
 from pathlib import Path
 from mpi4py import MPI
 from mpisph.guard import Guard
-from mpisph.status import StatusFile
+from mpisph.io.status import StatusFile
 
 comm = MPI.COMM_WORLD
 guard = Guard()

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from mpisph.history import HISTORY_FILE, History, HistoryRow, read_history
+from mpisph.io.history import HISTORY_FILE, History, HistoryRow, read_history
 
 SELF = MPI.COMM_SELF
 

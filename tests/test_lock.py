@@ -10,9 +10,9 @@ import pytest
 from mpi4py import MPI
 from oracles import agree
 
-import mpisph.lock
+import mpisph.io.lock
 from mpisph.core.errors import MpisphError
-from mpisph.lock import LOCK_FILE, FolderLock, in_use
+from mpisph.io.lock import LOCK_FILE, FolderLock, in_use
 
 SELF = MPI.COMM_SELF
 
@@ -42,7 +42,7 @@ def holder(tmp_path):
 
 
 def test_a_folder_in_use_is_refused(tmp_path, holder, monkeypatch):
-    monkeypatch.setattr(mpisph.lock, "PATIENCE", 0.1)
+    monkeypatch.setattr(mpisph.io.lock, "PATIENCE", 0.1)
     assert in_use(tmp_path)
     with (
         pytest.raises(MpisphError, match="another run is at work here"),
@@ -102,7 +102,7 @@ def test_a_file_system_without_locks_is_no_hindrance(tmp_path, monkeypatch):
     def none(*_):
         raise OSError(95, "Operation not supported")
 
-    monkeypatch.setattr(mpisph.lock.fcntl, "flock", none)
+    monkeypatch.setattr(mpisph.io.lock.fcntl, "flock", none)
     with FolderLock(SELF, tmp_path):
         pass
 
@@ -127,7 +127,7 @@ def test_the_lock_lasts_until_the_last_rank_lets_go(mpi_tmp_path):
 @pytest.mark.mpi(min_size=2)
 def test_all_ranks_are_refused(mpi_tmp_path, monkeypatch):
     comm = MPI.COMM_WORLD
-    monkeypatch.setattr(mpisph.lock, "PATIENCE", 0.1)
+    monkeypatch.setattr(mpisph.io.lock, "PATIENCE", 0.1)
     other = comm.Split(comm.rank == 0, comm.rank)
     first = FolderLock(other, mpi_tmp_path)
     if comm.rank == 0:

@@ -8,7 +8,7 @@ import h5py
 import pytest
 from launch import launch
 
-from mpisph.particle_file import store_text, stored_text
+from mpisph.io.particle_file import store_text, stored_text
 
 # Ranks that write a file, while something happens to the disk. HDF5 hangs or crashes
 # where it finds no room.
@@ -17,8 +17,8 @@ import os, shutil, sys, time
 from pathlib import Path
 import h5py, numpy as np
 from mpi4py import MPI
-import mpisph.particle_file as module
-from mpisph.checkpoint import read_checkpoint, write_checkpoint
+import mpisph.io.particle_file as module
+from mpisph.io.checkpoint import read_checkpoint, write_checkpoint
 from mpisph.core.particles import Particles
 
 comm, folder, n = MPI.COMM_WORLD, Path(sys.argv[1]), 4000

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from mpisph.provenance import UNKNOWN, cpu_model, git_revision, versions
+from mpisph.io.provenance import UNKNOWN, cpu_model, git_revision, versions
 
 
 def git(folder, *arguments):

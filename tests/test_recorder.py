@@ -7,10 +7,10 @@ from mpi4py import MPI
 from oracles import agree
 
 from mpisph.case import load_case
-from mpisph.checkpoint import read_checkpoint
+from mpisph.io.checkpoint import read_checkpoint
 from mpisph.parallel.collectives import gather_all
 from mpisph.core.errors import MpisphError
-from mpisph.history import History
+from mpisph.io.history import History
 from mpisph.progress import Progress, RunLog, open_console
 from mpisph.recorder import Recorder, RunState, restored
 from mpisph.solver.simulation import rebalance, start, step_rule, survey

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from mpisph.case import load_case
 from mpisph.diagnostics.diagnostics import CloudMeasure
-from mpisph.result import (
+from mpisph.io.result import (
     CloudRecord,
     Conservation,
     Result,

@@ -11,9 +11,9 @@ from run_folders import differences, status
 from mpisph.case import load_case
 from mpisph.core.errors import CaseError, MpisphError
 from mpisph.guard import Guard
-from mpisph.history import read_history
+from mpisph.io.history import read_history
 from mpisph.run import resume, run
-from mpisph.snapshot import read_series, read_snapshot
+from mpisph.io.snapshot import read_series, read_snapshot
 
 SETTINGS = (
     "resolution.npr=4",

@@ -11,10 +11,10 @@ import pytest
 from mpi4py import MPI
 from oracles import numbered, share
 
-import mpisph.particle_file
+import mpisph.io.particle_file
 from mpisph.core.errors import CollectiveError, MpisphError
 from mpisph.core.particles import FIELDS
-from mpisph.snapshot import read_series, read_snapshot, write_snapshot
+from mpisph.io.snapshot import read_series, read_snapshot, write_snapshot
 
 SELF = MPI.COMM_SELF
 CASE = 'title = "Größe"\n'
@@ -187,7 +187,7 @@ def test_parallel_writer_without_parallel_h5py_is_refused(tmp_path, monkeypatch)
     class Config:
         mpi = False
 
-    monkeypatch.setattr(mpisph.particle_file.h5py, "get_config", Config)
+    monkeypatch.setattr(mpisph.io.particle_file.h5py, "get_config", Config)
     with pytest.raises(ValueError, match="without MPI"):
         write(SELF, tmp_path, writer="parallel")
     # "auto" then gathers, and the file is the same.
@@ -288,7 +288,7 @@ def test_a_disk_that_refuses(mpi_tmp_path, writer, failing):
 @by_writer
 def test_one_column_of_one_rank_fails(mpi_tmp_path, monkeypatch, writer, error):
     comm = MPI.COMM_WORLD
-    write_column = mpisph.particle_file._write_column
+    write_column = mpisph.io.particle_file._write_column
 
     def failing(vtk, column, *rest):
         write_column(vtk, column, *rest)
@@ -297,7 +297,7 @@ def test_one_column_of_one_rank_fails(mpi_tmp_path, monkeypatch, writer, error):
 
     culprit = comm.size - 1 if writer == "parallel" else 0
     if comm.rank == culprit:
-        monkeypatch.setattr(mpisph.particle_file, "_write_column", failing)
+        monkeypatch.setattr(mpisph.io.particle_file, "_write_column", failing)
     with pytest.raises(OSError, match=rf"broken \(rank {culprit} of {comm.size}"):
         write(comm, mpi_tmp_path, writer=writer)
     monkeypatch.undo()

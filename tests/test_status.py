@@ -8,7 +8,7 @@ from mpi4py import MPI
 
 from mpisph.parallel.collectives import on_root
 from mpisph.core.errors import CollectiveError, MpisphError
-from mpisph.status import STATUS_FILE, StatusFile, read_status
+from mpisph.io.status import STATUS_FILE, StatusFile, read_status
 
 SELF = MPI.COMM_SELF
 

@@ -19,7 +19,7 @@ from mpisph.parallel.collectives import caught, on_root, raise_together
 from mpisph.parallel.decomposition import imbalance
 from mpisph.core.particles import FloatArray
 from mpisph.solver.simulation import Simulation, step_rule, survey
-from mpisph.snapshot import write_snapshot
+from mpisph.io.snapshot import write_snapshot
 from mpisph.stepping import make_step
 
 WARM_UP_STEPS = 5

@@ -9,7 +9,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from mpisph.files import write_text
+from mpisph.io.files import write_text
 
 SceneName = Literal["block", "impact", "late"]
 Scaling = Literal["strong", "weak"]

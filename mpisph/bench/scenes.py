@@ -14,7 +14,7 @@ from mpisph.case import Case, case_from_dict
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.case.geometry import InitialParticles, discretise
 from mpisph.solver.simulation import Simulation, start, start_from, step_rule, survey
-from mpisph.snapshot import SNAPSHOTS_FOLDER, read_snapshot, write_snapshot
+from mpisph.io.snapshot import SNAPSHOTS_FOLDER, read_snapshot, write_snapshot
 from mpisph.stepping import make_step
 from mpisph.sph.timestep import step_to
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from mpisph.bench.record import Spread, StartUp
 from mpisph.core.errors import MpisphError
-from mpisph.result import RESULT_FILE, read_result
+from mpisph.io.result import RESULT_FILE, read_result
 
 SMALL = ("resolution.npr=6", "time.end=20 ns", "output.figures=false")
 """Overrides that make a case small."""

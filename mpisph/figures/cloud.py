@@ -35,7 +35,7 @@ from mpisph.figures.style import (
     WIDTH,
 )
 from mpisph.core.particles import FloatArray
-from mpisph.snapshot import Snapshot, read_series, read_snapshot
+from mpisph.io.snapshot import Snapshot, read_series, read_snapshot
 
 FIGURES_FOLDER = "figures"
 

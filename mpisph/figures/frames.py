@@ -14,7 +14,7 @@ from mpisph.case import Case
 from mpisph.diagnostics.diagnostics import cloud_definition, measure_arrays
 from mpisph.figures.cloud import View, choose_view, only_finite, smallest_dot
 from mpisph.figures.style import BODY_COLOURS, REAR_FACE, STYLE, WIDTH
-from mpisph.snapshot import Snapshot, read_snapshot
+from mpisph.io.snapshot import Snapshot, read_snapshot
 
 _MOST_POINTS = 400_000
 # Of one frame; more only cover each other.

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from mpisph.case import Case
 from mpisph.diagnostics.diagnostics import cloud_definition
 from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE
-from mpisph.result import CloudRecord
+from mpisph.io.result import CloudRecord
 
 SIZE = (5.0, 3.1)
 """Width and height of a figure [in]; small, so that its letters stay readable."""

@@ -18,7 +18,7 @@ from mpisph.figures.debris import draw_fragments, draw_radiograph, draw_spray
 from mpisph.fragments import find_fragments
 from mpisph.hole import maiden_diameter, measure_hole, nysmith_diameter
 from mpisph.report.page import NONE, Table
-from mpisph.snapshot import Snapshot
+from mpisph.io.snapshot import Snapshot
 
 HEAVIEST = 10
 """Fragments listed."""

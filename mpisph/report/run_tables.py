@@ -8,8 +8,8 @@ from mpisph.case.bodies import EquationOfState
 from mpisph.case.sections import Exposure, PressureLimit, TimeStepping
 from mpisph.diagnostics.diagnostics import CloudFigure
 from mpisph.report.page import NONE, Link, Table
-from mpisph.report.stored import StoredRun
-from mpisph.result import Comparison
+from mpisph.io.stored import StoredRun
+from mpisph.io.result import Comparison
 
 Row = tuple[str | Link, ...]
 

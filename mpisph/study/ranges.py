@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from mpisph.files import write_text
+from mpisph.io.files import write_text
 from mpisph.study.model import PaperRange, Study
 from mpisph.study.store import study_folder
 from mpisph.study.table import Row, write_rows

@@ -21,11 +21,11 @@ from mpisph.parallel.collectives import from_root, on_root
 from mpisph.solver.compiled import warm_up
 from mpisph.core.errors import CollectiveError, MpisphError
 from mpisph.solver.estimate import estimate
-from mpisph.files import write_text
+from mpisph.io.files import write_text
 from mpisph.guard import STOP_FILE, Guard, Wish
-from mpisph.lock import in_use
+from mpisph.io.lock import in_use
 from mpisph.run import run
-from mpisph.status import FINAL, StatusFile
+from mpisph.io.status import FINAL, StatusFile
 from mpisph.study.counter import SharedCounters
 from mpisph.study.model import Study
 from mpisph.study.progress import (

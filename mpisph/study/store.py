@@ -8,8 +8,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from mpisph.lock import in_use
-from mpisph.status import FINAL, read_status
+from mpisph.io.lock import in_use
+from mpisph.io.status import FINAL, read_status
 from mpisph.study.model import Study, StudyCase
 
 CASES_FOLDER = "cases"

@@ -12,11 +12,11 @@ from mpisph.case import Case
 from mpisph.case.times import same_time
 from mpisph.clock import fit_clock
 from mpisph.core.errors import MpisphError
-from mpisph.files import write_text
-from mpisph.history import HISTORY_FILE, read_history
+from mpisph.io.files import write_text
+from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.hole import measure_hole
-from mpisph.result import RESULT_FILE, CloudRecord, Comparison, Result, read_result
-from mpisph.snapshot import read_series, read_snapshot
+from mpisph.io.result import RESULT_FILE, CloudRecord, Comparison, Result, read_result
+from mpisph.io.snapshot import read_series, read_snapshot
 from mpisph.study.model import Study, StudyCase
 from mpisph.study.store import Place, case_folder, look_up, study_folder
 

@@ -13,7 +13,7 @@ from mpisph.diagnostics.diagnostics import CloudMeasure
 from mpisph.figures.cloud import draw_cloud, draw_run, exposure_at
 from mpisph.figures.style import BODY_COLOURS
 from mpisph.core.particles import Particles
-from mpisph.snapshot import write_snapshot
+from mpisph.io.snapshot import write_snapshot
 
 TIME = 6e-6
 OFFSET_TIME = 7.05e-6

@@ -10,7 +10,7 @@ from matplotlib.patches import StepPatch
 
 from mpisph.case import load_case
 from mpisph.figures.debris import draw_fragments, draw_radiograph, draw_spray
-from mpisph.snapshot import Snapshot
+from mpisph.io.snapshot import Snapshot
 
 TIME = 7.05e-6
 

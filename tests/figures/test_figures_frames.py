@@ -13,7 +13,7 @@ from mpisph.figures.cloud import View, only_finite
 from mpisph.figures.frames import FILM, PANEL, Frame, common_view
 from mpisph.figures.style import BODY_COLOURS
 from mpisph.core.particles import Particles
-from mpisph.snapshot import read_snapshot, write_snapshot
+from mpisph.io.snapshot import read_snapshot, write_snapshot
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from small_runs import EXPOSED, small_run
 
 from mpisph.case import load_case
 from mpisph.figures.history import RunHistory, draw_history, history_figures
-from mpisph.history import read_history
+from mpisph.io.history import read_history
 
 
 @pytest.fixture(scope="module")

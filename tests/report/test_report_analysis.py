@@ -16,8 +16,8 @@ from mpisph.report.analysis import (
     has_debris,
     hole_table,
 )
-from mpisph.report.stored import read_run
-from mpisph.snapshot import read_snapshot
+from mpisph.io.stored import read_run
+from mpisph.io.snapshot import read_snapshot
 
 
 @pytest.fixture(scope="module")

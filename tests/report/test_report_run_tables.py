@@ -17,8 +17,8 @@ from mpisph.report.run_tables import (
     small,
     timing_table,
 )
-from mpisph.report.stored import read_run
-from mpisph.result import Conservation
+from mpisph.io.stored import read_run
+from mpisph.io.result import Conservation
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import pytest
 from small_runs import unended
 
 from mpisph.core.errors import MpisphError
-from mpisph.report.stored import read_run
-from mpisph.result import read_result
+from mpisph.io.stored import read_run
+from mpisph.io.result import read_result
 
 
 def test_a_finished_run(finished):

@@ -7,7 +7,7 @@ import pytest
 from launch import CASES
 
 from mpisph.core.errors import MpisphError
-from mpisph.history import HEADER
+from mpisph.io.history import HEADER
 from mpisph.study.best import best_sets, write_best
 from mpisph.study.model import load_study
 from mpisph.study.store import case_folder

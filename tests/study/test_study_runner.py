@@ -16,8 +16,8 @@ from studies import ALPHA, UNSTABLE, small_study
 
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.core.errors import MpisphError
-from mpisph.lock import FolderLock
-from mpisph.status import read_status
+from mpisph.io.lock import FolderLock
+from mpisph.io.status import read_status
 from mpisph.study.model import load_study
 from mpisph.study.runner import Outcome, Part, _to_do, run_study
 from mpisph.study.store import case_folder, counts, look_up_all

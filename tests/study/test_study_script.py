@@ -12,7 +12,7 @@ from run_folders import slow_steps
 from scheduler import Pbs, Slurm
 from studies import ALPHA, small_study
 
-from mpisph.status import read_status
+from mpisph.io.status import read_status
 from mpisph.study.model import load_study
 from mpisph.study.runner import run_study
 from mpisph.study.table import collect

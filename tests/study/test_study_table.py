@@ -13,11 +13,11 @@ from studies import UNSTABLE, small_study
 
 from mpisph.clock import fit_clock
 from mpisph.core.errors import MpisphError
-from mpisph.history import read_history
+from mpisph.io.history import read_history
 from mpisph.hole import measure_hole
-from mpisph.result import read_result
+from mpisph.io.result import read_result
 from mpisph.run import run
-from mpisph.snapshot import read_series, read_snapshot
+from mpisph.io.snapshot import read_series, read_snapshot
 from mpisph.study.model import load_study
 from mpisph.study.runner import run_study
 from mpisph.study.store import case_folder

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 
-from mpisph.files import LineFile, write_text
+from mpisph.io.files import LineFile, write_text
 
 HISTORY_FILE = "history.csv"
 

@@ -11,7 +11,7 @@ from mpisph.case import Case
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
 from mpisph.diagnostics.diagnostics import CloudFigure, CloudMeasure, cloud_size, compare
-from mpisph.files import write_text
+from mpisph.io.files import write_text
 
 RESULT_FILE = "result.json"
 

@@ -25,7 +25,7 @@ from mpisph.parallel.collectives import (
     on_root,
     raise_together,
 )
-from mpisph.files import replace_file
+from mpisph.io.files import replace_file
 from mpisph.core.particles import Field, Particles
 
 Writer = Literal["auto", "parallel", "gather"]

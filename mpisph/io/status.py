@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 
 from mpisph.parallel.collectives import on_root
 from mpisph.core.errors import MpisphError
-from mpisph.files import write_text
+from mpisph.io.files import write_text
 
 STATUS_FILE = "status.json"
 

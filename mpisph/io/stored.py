@@ -9,10 +9,10 @@ import numpy.typing as npt
 from mpisph.case import Case
 from mpisph.diagnostics.diagnostics import cloud_definition, measure_arrays
 from mpisph.core.errors import MpisphError
-from mpisph.history import HISTORY_FILE, read_history
-from mpisph.lock import in_use
+from mpisph.io.history import HISTORY_FILE, read_history
+from mpisph.io.lock import in_use
 from mpisph.progress import LOG_FILE
-from mpisph.result import (
+from mpisph.io.result import (
     RESULT_FILE,
     CloudRecord,
     Comparison,
@@ -21,8 +21,8 @@ from mpisph.result import (
     read_result,
 )
 from mpisph.run import CASE_FILE, case_in
-from mpisph.snapshot import read_series, read_snapshot
-from mpisph.status import STATUS_FILE, Status, read_status
+from mpisph.io.snapshot import read_series, read_snapshot
+from mpisph.io.status import STATUS_FILE, Status, read_status
 
 
 class StoredRun(NamedTuple):

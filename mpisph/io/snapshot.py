@@ -21,8 +21,8 @@ from mpi4py import MPI
 
 from mpisph.parallel.collectives import on_root
 from mpisph.core.errors import MpisphError
-from mpisph.files import write_text
-from mpisph.particle_file import (
+from mpisph.io.files import write_text
+from mpisph.io.particle_file import (
     Column,
     Layout,
     Writer,

@@ -25,7 +25,7 @@ from mpisph.parallel.collectives import (
     raise_together,
 )
 from mpisph.core.errors import MpisphError
-from mpisph.particle_file import (
+from mpisph.io.particle_file import (
     Layout,
     field_column,
     row_bytes,

@@ -1,0 +1,1 @@
+"""The files of a run: written whole, read back with their faults named."""
