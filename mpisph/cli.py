@@ -345,7 +345,7 @@ def clock_command(
 
 def _say_clock(folders: Sequence[Path], npr: float | None, out_png: Path) -> None:
     """Print the fits and what they come to; draw them."""
-    from mpisph.clock import clock_run, clock_table, conclude, conclusion_text
+    from mpisph.analysis.clock import clock_run, clock_table, conclude, conclusion_text
     from mpisph.figures.clock import draw_clock
     from mpisph.run import case_in
 

@@ -10,7 +10,7 @@ from launch import CASES
 from rich.console import Console
 
 from mpisph.case import load_case
-from mpisph.clock import (
+from mpisph.analysis.clock import (
     PREDICTIONS,
     ClockFit,
     ClockRun,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import fixed_point
 
-from mpisph.convergence import (
+from mpisph.analysis.convergence import (
     ORDERS,
     UNVERIFIED,
     VERIFIED,

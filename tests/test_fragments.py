@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-import mpisph.fragments
+import mpisph.analysis.fragments
 from mpisph.diagnostics.diagnostics import CloudDefinition
-from mpisph.fragments import CONTACT, find_fragments
+from mpisph.analysis.fragments import CONTACT, find_fragments
 
 DEFINITION = CloudDefinition(rear=0.0, min_velocity=500.0, quantile=0.99)
 DX = 0.5e-3
@@ -84,7 +84,7 @@ def clusters_of(found):
 @pytest.mark.parametrize("factor", [0.8, CONTACT, 2.2])
 @pytest.mark.parametrize("chunk", [10, 10_000])
 def test_clusters_are_those_of_all_pairs(monkeypatch, factor, chunk):
-    monkeypatch.setattr(mpisph.fragments, "_CHUNK", chunk)
+    monkeypatch.setattr(mpisph.analysis.fragments, "_CHUNK", chunk)
     arrays = random_cloud()
     sizes = np.sqrt(arrays["m"] / (2 * np.pi * arrays["r"] * arrays["rho"]))
     found = find_fragments(arrays, DEFINITION, factor)

@@ -7,7 +7,7 @@ from launch import CASES
 from mpisph.case import load_case
 from mpisph.diagnostics.diagnostics import cloud_definition, target_plate
 from mpisph.case.geometry import discretise
-from mpisph.hole import maiden_diameter, measure_hole, nysmith_diameter
+from mpisph.analysis.hole import maiden_diameter, measure_hole, nysmith_diameter
 
 
 @pytest.fixture(scope="module")

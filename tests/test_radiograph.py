@@ -7,8 +7,8 @@ import pytest
 from abel.tools.analytical import TransformPair
 from scipy.integrate import quad
 
-import mpisph.radiograph
-from mpisph.radiograph import areal_density, transmission
+import mpisph.analysis.radiograph
+from mpisph.analysis.radiograph import areal_density, transmission
 
 RHO = 2710.0
 
@@ -129,7 +129,7 @@ def test_a_part_of_the_view_shows_the_same():
 
 def test_chunks_change_nothing(monkeypatch):
     whole = areal_density(random_rings(), *WHOLE, 0.5e-3).areal_density
-    monkeypatch.setattr(mpisph.radiograph, "_CHUNK", 7)
+    monkeypatch.setattr(mpisph.analysis.radiograph, "_CHUNK", 7)
     chunks = areal_density(random_rings(), *WHOLE, 0.5e-3).areal_density
     assert chunks == pytest.approx(whole, rel=1e-12, abs=1e-12)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mpisph.rings import sections
+from mpisph.analysis.rings import sections
 
 
 def rings(r, volume, rho=2700.0):

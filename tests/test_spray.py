@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mpisph.spray import measure_spray
+from mpisph.analysis.spray import measure_spray
 
 
 def particles(n=3000):

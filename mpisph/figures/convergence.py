@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mpisph.convergence import Convergence
+from mpisph.analysis.convergence import Convergence
 from mpisph.figures.style import BODY_COLOURS, DPI, MEASURED, STYLE, WIDTH
 
 NOTE = (

@@ -27,11 +27,11 @@ from mpisph.figures.cloud import (
     title_lines,
 )
 from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE, WIDTH
-from mpisph.fragments import CONTACT, Fragments, find_fragments
+from mpisph.analysis.fragments import CONTACT, Fragments, find_fragments
 from mpisph.core.particles import FloatArray
-from mpisph.radiograph import ALUMINIUM_80_KEV, areal_density, transmission
+from mpisph.analysis.radiograph import ALUMINIUM_80_KEV, areal_density, transmission
 from mpisph.io.snapshot import Snapshot
-from mpisph.spray import Spray, measure_spray
+from mpisph.analysis.spray import Spray, measure_spray
 
 Arrays = dict[str, npt.NDArray[Any]]
 """As in `Snapshot.arrays`."""

@@ -15,8 +15,8 @@ from mpisph.diagnostics.diagnostics import (
     target_plate,
 )
 from mpisph.figures.debris import draw_fragments, draw_radiograph, draw_spray
-from mpisph.fragments import find_fragments
-from mpisph.hole import maiden_diameter, measure_hole, nysmith_diameter
+from mpisph.analysis.fragments import find_fragments
+from mpisph.analysis.hole import maiden_diameter, measure_hole, nysmith_diameter
 from mpisph.report.page import NONE, Table
 from mpisph.io.snapshot import Snapshot
 

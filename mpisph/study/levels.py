@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from mpisph.case.times import same_time
-from mpisph.convergence import converge
+from mpisph.analysis.convergence import converge
 from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
 from mpisph.study.axes import (
     SYMBOLS,

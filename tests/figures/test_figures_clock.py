@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from mpisph.case import load_case
-from mpisph.clock import PREDICTIONS, ClockRun, conclude, fit_clock
+from mpisph.analysis.clock import PREDICTIONS, ClockRun, conclude, fit_clock
 from mpisph.core.errors import MpisphError
 from mpisph.figures.clock import draw_clock
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from mpisph.convergence import converge
+from mpisph.analysis.convergence import converge
 from mpisph.figures.convergence import (
     ConvergencePanel,
     ConvergenceSeries,

@@ -6,8 +6,8 @@ from launch import CASES
 
 from mpisph.case import load_case
 from mpisph.diagnostics.diagnostics import cloud_definition
-from mpisph.fragments import find_fragments
-from mpisph.hole import Hole
+from mpisph.analysis.fragments import find_fragments
+from mpisph.analysis.hole import Hole
 from mpisph.report import analysis
 from mpisph.report.analysis import (
     ANALYSES,

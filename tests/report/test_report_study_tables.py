@@ -5,7 +5,7 @@ import math
 import pytest
 from launch import CASES
 
-from mpisph.convergence import converge
+from mpisph.analysis.convergence import converge
 from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
 from mpisph.report.study_tables import (
     best_table,

@@ -11,10 +11,10 @@ from mpi4py import MPI
 from rich.console import Console
 from studies import UNSTABLE, small_study
 
-from mpisph.clock import fit_clock
+from mpisph.analysis.clock import fit_clock
 from mpisph.core.errors import MpisphError
 from mpisph.io.history import read_history
-from mpisph.hole import measure_hole
+from mpisph.analysis.hole import measure_hole
 from mpisph.io.result import read_result
 from mpisph.run import run
 from mpisph.io.snapshot import read_series, read_snapshot

@@ -28,7 +28,7 @@ import numpy.typing as npt
 from mpisph.case import Case
 from mpisph.diagnostics.diagnostics import cloud_definition, target_plate
 from mpisph.core.particles import FloatArray
-from mpisph.rings import Sections, sections
+from mpisph.analysis.rings import Sections, sections
 
 
 class Hole(NamedTuple):

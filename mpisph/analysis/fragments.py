@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from mpisph.diagnostics.diagnostics import CloudDefinition, in_cloud
 from mpisph.core.particles import FloatArray, IntArray
-from mpisph.rings import sections
+from mpisph.analysis.rings import sections
 
 CONTACT = 1.5
 """Particles nearer than this multiple of the mean of their sizes touch.

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from mpisph.core.particles import FloatArray
-from mpisph.rings import Sections, sections
+from mpisph.analysis.rings import Sections, sections
 
 ALUMINIUM_80_KEV = 0.02018
 """Mass attenuation coefficient of aluminium for photons of 80 keV [m2/kg].

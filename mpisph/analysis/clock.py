@@ -23,7 +23,7 @@ from rich.table import Table
 
 from mpisph.case import Body, Case
 from mpisph.case.parts import default_reference
-from mpisph.convergence import Convergence, converge, explain
+from mpisph.analysis.convergence import Convergence, converge, explain
 from mpisph.core.errors import MpisphError
 from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.core.particles import FloatArray
