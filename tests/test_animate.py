@@ -12,8 +12,8 @@ import pytest
 from launch import MPISPH, launch
 from small_runs import EXPOSED, small_run
 
-from mpisph import animate as module
-from mpisph.animate import animate, default_rate, find_ffmpeg
+from mpisph.figures import animate as module
+from mpisph.figures.animate import animate, default_rate, find_ffmpeg
 from mpisph.core.errors import MpisphError
 
 SNAPSHOTS = 10
