@@ -22,7 +22,7 @@ from mpisph.case import Case, case_schema, load_case
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.core.errors import CaseError, CollectiveError, MpisphError
 from mpisph.solver.estimate import estimate
-from mpisph.guard import STOP_FILE, Guard
+from mpisph.run.guard import STOP_FILE, Guard
 from mpisph.core.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
 from mpisph.core.launcher import launch_of, mismatch
 from mpisph.inputs.quantities import si_value
@@ -35,7 +35,7 @@ from mpisph.options import (
     shipped,
     walltime_option,
 )
-from mpisph.progress import open_console
+from mpisph.run.progress import open_console
 from mpisph.study_cli import study_group
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def run_command(
         for case in cases:
             click.echo(estimate(case, comm.size).text())
         return
-    from mpisph.run import run
+    from mpisph.run.run import run
 
     pairs = list(zip(cases, folders, strict=True))
     _finish_runs(
@@ -115,7 +115,7 @@ def resume_command(
     A run goes on from its last sound checkpoint, or from the beginning where there is
     none. One that has ended is not repeated.
     """
-    from mpisph.run import resume
+    from mpisph.run.run import resume
 
     comm = MPI.COMM_WORLD
     runs = [partial(resume, comm, folder, guard=guard) for folder in folders]
@@ -347,7 +347,7 @@ def _say_clock(folders: Sequence[Path], npr: float | None, out_png: Path) -> Non
     """Print the fits and what they come to; draw them."""
     from mpisph.analysis.clock import clock_run, clock_table, conclude, conclusion_text
     from mpisph.figures.clock import draw_clock
-    from mpisph.run import case_in
+    from mpisph.run.run import case_in
 
     runs = [clock_run(folder, case_in(folder)) for folder in folders]
     conclusion = conclude(runs, npr)

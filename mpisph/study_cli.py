@@ -9,9 +9,9 @@ from mpi4py import MPI
 
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.core.errors import MpisphError
-from mpisph.guard import Guard
+from mpisph.run.guard import Guard
 from mpisph.options import STOPPED, shipped, walltime_option
-from mpisph.progress import open_console
+from mpisph.run.progress import open_console
 
 if TYPE_CHECKING:
     from mpisph.study.model import Study

@@ -11,7 +11,7 @@ from mpisph.case import load_case
 from mpisph.core.errors import CaseError
 from mpisph.solver.estimate import RANK_BYTES, check_memory, estimate
 from mpisph.case.geometry import discretise
-from mpisph.run import run
+from mpisph.run.run import run
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 

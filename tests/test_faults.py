@@ -357,9 +357,9 @@ main()
         "mpisph.solver.simulation:kick:150:1:after",
         "mpisph.solver.simulation:take_survey:90:1:before",
         # At the very beginning and the very end.
-        "mpisph.run:write_text:1:0:before",
-        "mpisph.run:write_result:1:0:before",
-        "mpisph.run:remove_checkpoints:1:0:before",
+        "mpisph.run.run:write_text:1:0:before",
+        "mpisph.run.run:write_result:1:0:before",
+        "mpisph.run.run:remove_checkpoints:1:0:before",
     ],
 )
 def test_killed_at_a_chosen_moment(moment, tmp_path, uninterrupted):

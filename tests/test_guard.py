@@ -10,7 +10,7 @@ import pytest
 from launch import PATIENCE, environment, launch
 from mpi4py import MPI
 
-from mpisph.guard import SIGNALS, Guard, Wish, is_alive, is_stop, reason
+from mpisph.run.guard import SIGNALS, Guard, Wish, is_alive, is_stop, reason
 
 SELF = MPI.COMM_SELF
 
@@ -51,7 +51,7 @@ def test_without_a_limit_there_is_no_end_of_time():
 def test_the_limit_counts_from_the_start_of_the_process():
     program = (
         "import time; time.sleep(1.5)\n"
-        "from mpisph.guard import Guard\n"
+        "from mpisph.run.guard import Guard\n"
         "guard = Guard(); guard.limit(100.0); print(guard.time_left())"
     )
     begin = time.monotonic()
@@ -83,7 +83,7 @@ FAILING = """
 import os, sys, signal
 from pathlib import Path
 from mpi4py import MPI
-from mpisph.guard import Guard
+from mpisph.run.guard import Guard
 from mpisph.io.status import StatusFile
 
 comm = MPI.COMM_WORLD

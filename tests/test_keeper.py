@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import pytest
 
-import mpisph.keeper
+import mpisph.run.keeper
 from mpisph.core.errors import CollectiveError
-from mpisph.guard import Wish
-from mpisph.keeper import LATENCY, MARGIN, POLL, Keeper, StopRequested
+from mpisph.run.guard import Wish
+from mpisph.run.keeper import LATENCY, MARGIN, POLL, Keeper, StopRequested
 
 N = 1000
 
@@ -59,7 +59,7 @@ class Scene:
 
     def __init__(self, tmp_path, monkeypatch, rank=0, wall=60.0, interval=None):
         self.now = 1000.0
-        monkeypatch.setattr(mpisph.keeper.time, "monotonic", lambda: self.now)
+        monkeypatch.setattr(mpisph.run.keeper.time, "monotonic", lambda: self.now)
         settings = SimpleNamespace(wall_interval=wall, interval=interval)
         self.sim = SimpleNamespace(
             step=0,

@@ -10,7 +10,7 @@ from launch import environment
 from mpi4py import MPI
 from rich.console import Console
 
-from mpisph.progress import LOG_FILE, Progress, RunLog
+from mpisph.run.progress import LOG_FILE, Progress, RunLog
 
 SELF = MPI.COMM_SELF
 
@@ -81,7 +81,7 @@ def test_a_terminal_gets_a_bar_and_the_log_gets_lines(tmp_path, no_launcher):
 
 SHOW = """
 from mpi4py import MPI
-from mpisph.progress import Progress, open_console
+from mpisph.run.progress import Progress, open_console
 with Progress(MPI.COMM_WORLD, 1e-6) as progress:
     progress.update(0.5e-6, 7, 1e-9)
 if MPI.COMM_WORLD.rank == 0:

@@ -11,10 +11,10 @@ from mpisph.io.checkpoint import read_checkpoint
 from mpisph.parallel.collectives import gather_all
 from mpisph.core.errors import MpisphError
 from mpisph.io.history import History
-from mpisph.progress import Progress, RunLog, open_console
-from mpisph.recorder import Recorder, RunState, restored
+from mpisph.run.progress import Progress, RunLog, open_console
+from mpisph.run.recorder import Recorder, RunState, restored
 from mpisph.solver.simulation import rebalance, start, step_rule, survey
-from mpisph.stepping import make_step
+from mpisph.run.stepping import make_step
 
 PROVENANCE = {"revision": "abc"}
 SETTINGS = ("resolution.npr=4", "output.history_every=3")

@@ -10,9 +10,9 @@ from run_folders import differences, status
 
 from mpisph.case import load_case
 from mpisph.core.errors import CaseError, MpisphError
-from mpisph.guard import Guard
+from mpisph.run.guard import Guard
 from mpisph.io.history import read_history
-from mpisph.run import resume, run
+from mpisph.run.run import resume, run
 from mpisph.io.snapshot import read_series, read_snapshot
 
 SETTINGS = (
@@ -154,7 +154,7 @@ def test_a_lost_history_is_said_and_begun_anew(tmp_path):
 
 def test_other_software_since_the_checkpoint_is_said(tmp_path, monkeypatch):
     run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(9))
-    monkeypatch.setattr("mpisph.run.git_revision", lambda: "another")
+    monkeypatch.setattr("mpisph.run.run.git_revision", lambda: "another")
     resume(MPI.COMM_SELF, tmp_path)
     assert "was written by other software" in (tmp_path / "log.txt").read_text()
 

@@ -20,7 +20,7 @@ from mpisph.parallel.decomposition import imbalance
 from mpisph.core.particles import FloatArray
 from mpisph.solver.simulation import Simulation, step_rule, survey
 from mpisph.io.snapshot import write_snapshot
-from mpisph.stepping import make_step
+from mpisph.run.stepping import make_step
 
 WARM_UP_STEPS = 5
 """Steps before the first that is timed: the impact begins, caches fill."""

@@ -15,7 +15,7 @@ from mpisph.parallel.collectives import from_root, on_root
 from mpisph.case.geometry import InitialParticles, discretise
 from mpisph.solver.simulation import Simulation, start, start_from, step_rule, survey
 from mpisph.io.snapshot import SNAPSHOTS_FOLDER, read_snapshot, write_snapshot
-from mpisph.stepping import make_step
+from mpisph.run.stepping import make_step
 from mpisph.sph.timestep import step_to
 
 BLOCK_SPACING = 1e-4

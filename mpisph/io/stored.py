@@ -11,7 +11,7 @@ from mpisph.diagnostics.diagnostics import cloud_definition, measure_arrays
 from mpisph.core.errors import MpisphError
 from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.io.lock import in_use
-from mpisph.progress import LOG_FILE
+from mpisph.run.progress import LOG_FILE
 from mpisph.io.result import (
     RESULT_FILE,
     CloudRecord,
@@ -20,7 +20,7 @@ from mpisph.io.result import (
     make_comparisons,
     read_result,
 )
-from mpisph.run import CASE_FILE, case_in
+from mpisph.run.run import CASE_FILE, case_in
 from mpisph.io.snapshot import read_series, read_snapshot
 from mpisph.io.status import STATUS_FILE, Status, read_status
 

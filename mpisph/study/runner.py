@@ -22,9 +22,9 @@ from mpisph.solver.compiled import warm_up
 from mpisph.core.errors import CollectiveError, MpisphError
 from mpisph.solver.estimate import estimate
 from mpisph.io.files import write_text
-from mpisph.guard import STOP_FILE, Guard, Wish
+from mpisph.run.guard import STOP_FILE, Guard, Wish
 from mpisph.io.lock import in_use
-from mpisph.run import run
+from mpisph.run.run import run
 from mpisph.io.status import FINAL, StatusFile
 from mpisph.study.counter import SharedCounters
 from mpisph.study.model import Study

@@ -14,7 +14,7 @@ from small_runs import SHOT, unended
 from mpisph.core.errors import CaseError, MpisphError
 from mpisph.report import run_page, study_page
 from mpisph.report.run_page import write_report
-from mpisph.run import run
+from mpisph.run.run import run
 from mpisph.study.model import load_study
 from mpisph.study.store import case_folder
 

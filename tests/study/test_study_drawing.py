@@ -8,7 +8,7 @@ from click.testing import CliRunner
 from launch import CASES
 
 from mpisph.core.errors import CaseError
-from mpisph.guard import Guard
+from mpisph.run.guard import Guard
 from mpisph.study import drawing
 from mpisph.study.curves import lines_figure
 from mpisph.study.drawing import draw_study

@@ -24,7 +24,7 @@ SHORT = """
 import os
 if "OMPI_COMM_WORLD_RANK" in os.environ:
     import mpisph.study.runner as runner
-    from mpisph.guard import Guard
+    from mpisph.run.guard import Guard
     ended = []
     run = runner._run_one
     runner._run_one = lambda *args: ended.append(run(*args)) or ended[-1]

@@ -16,7 +16,7 @@ from mpisph.core.errors import MpisphError
 from mpisph.io.history import read_history
 from mpisph.analysis.hole import measure_hole
 from mpisph.io.result import read_result
-from mpisph.run import run
+from mpisph.run.run import run
 from mpisph.io.snapshot import read_series, read_snapshot
 from mpisph.study.model import load_study
 from mpisph.study.runner import run_study

@@ -2,8 +2,8 @@
 
 from mpisph.parallel.decomposition import imbalance
 from mpisph.core.errors import UnstableError
-from mpisph.keeper import Keeper
-from mpisph.recorder import Recorder
+from mpisph.run.keeper import Keeper
+from mpisph.run.recorder import Recorder
 from mpisph.solver.simulation import Simulation, advance, rebalance, step_rule, survey
 from mpisph.diagnostics.stability import REASONS, STABLE
 from mpisph.solver.survey import Survey

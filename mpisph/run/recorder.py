@@ -18,7 +18,7 @@ from mpisph.diagnostics.diagnostics import ConservationErrors, conservation_erro
 from mpisph.core.errors import MpisphError, UnstableError
 from mpisph.io.history import History, HistoryRow
 from mpisph.core.particles import IntArray
-from mpisph.progress import Progress, RunLog
+from mpisph.run.progress import Progress, RunLog
 from mpisph.io.provenance import versions
 from mpisph.io.result import (
     CloudRecord,

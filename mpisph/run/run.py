@@ -36,19 +36,19 @@ from mpisph.core.errors import (
 )
 from mpisph.solver.estimate import check_memory
 from mpisph.io.files import write_text
-from mpisph.guard import Guard
+from mpisph.run.guard import Guard
 from mpisph.io.history import HISTORY_FILE, History, kept_history
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
-from mpisph.keeper import Keeper, StopRequested
+from mpisph.run.keeper import Keeper, StopRequested
 from mpisph.io.lock import FolderLock
-from mpisph.progress import Progress, RunLog, open_console
+from mpisph.run.progress import Progress, RunLog, open_console
 from mpisph.io.provenance import git_revision, versions
-from mpisph.recorder import Recorder, RunState, restored
+from mpisph.run.recorder import Recorder, RunState, restored
 from mpisph.io.result import RESULT_FILE, Ending, Result, read_result, write_result
 from mpisph.solver.simulation import Simulation, start
 from mpisph.io.snapshot import SERIES_FILE, SNAPSHOTS_FOLDER
 from mpisph.io.status import FINAL, STATUS_FILE, Status, StatusFile, read_status
-from mpisph.stepping import step_to_end
+from mpisph.run.stepping import step_to_end
 
 CASE_FILE = "case.toml"
 

@@ -5,8 +5,8 @@ import time
 
 from mpisph.io.checkpoint import PARTICLE_BYTES
 from mpisph.core.errors import CollectiveError
-from mpisph.guard import STOP_FILE, Guard, Wish, is_stop, reason
-from mpisph.recorder import Recorder
+from mpisph.run.guard import STOP_FILE, Guard, Wish, is_stop, reason
+from mpisph.run.recorder import Recorder
 from mpisph.solver.simulation import Simulation
 from mpisph.io.status import StatusFile
 

@@ -1,0 +1,1 @@
+"""A whole run: begun, continued, stopped; what it writes and when."""
