@@ -124,7 +124,7 @@ def _load(study_file: Path) -> "Study":
 def _finish(study: "Study", root: Path, parquet: bool = False) -> Path:
     """Write the tables of a study, and draw its figure; on rank 0."""
     from mpisph.study.best import write_best
-    from mpisph.study.drawing import draw_study
+    from mpisph.study.plots.drawing import draw_study
     from mpisph.study.ranges import write_ranges
     from mpisph.study.table import collect, write_table
 
@@ -157,7 +157,7 @@ def study_draw_command(study_file: Path, root: Path) -> None:
 
 def _draw(study: "Study", root: Path) -> Path:
     """Draw the figure of a study; on rank 0."""
-    from mpisph.study.drawing import draw_study
+    from mpisph.study.plots.drawing import draw_study
     from mpisph.study.table import collect
 
     figure = draw_study(study, collect(study, root), root)

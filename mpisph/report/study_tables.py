@@ -12,7 +12,7 @@ from mpisph.case.times import same_time
 from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
 from mpisph.report.page import NONE, Link, Table
 from mpisph.report.run_tables import count, mm, small
-from mpisph.study.axes import Clock, axis_of, exposures, size_column
+from mpisph.study.plots.axes import Clock, axis_of, exposures, size_column
 from mpisph.study.best import BestSet
 from mpisph.study.model import Parameter, Study, StudyCase, Value
 from mpisph.study.ranges import TOTALS, Agreement, RangeClock

@@ -8,16 +8,16 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from mpisph.figures.frame import finish, new_figure
-from mpisph.figures.study_lines import (
+from mpisph.study.plots.frame import finish, new_figure
+from mpisph.study.plots.study_lines import (
     LinesBand,
     LinesFigure,
     LinesPanel,
     LinesRow,
     draw_lines,
 )
-from mpisph.figures.study_map import MapBand, MapFigure, MapPanel, draw_map
-from mpisph.figures.study_shots import ShotsFigure, ShotsSeries, draw_shots
+from mpisph.study.plots.study_map import MapBand, MapFigure, MapPanel, draw_map
+from mpisph.study.plots.study_shots import ShotsFigure, ShotsSeries, draw_shots
 from mpisph.figures.style import BODY_COLOURS, DPI, WIDTH
 
 NAN = math.nan

@@ -10,12 +10,12 @@ from launch import CASES
 from mpisph.core.errors import CaseError
 from mpisph.run.guard import Guard
 from mpisph.study import drawing
-from mpisph.study.curves import lines_figure
-from mpisph.study.drawing import draw_study
-from mpisph.study.levels import convergence_panels
-from mpisph.study.maps import map_figure
+from mpisph.study.plots.curves import lines_figure
+from mpisph.study.plots.drawing import draw_study
+from mpisph.study.plots.levels import convergence_panels
+from mpisph.study.plots.maps import map_figure
 from mpisph.study.model import load_study
-from mpisph.study.shots import shots_figure
+from mpisph.study.plots.shots import shots_figure
 from mpisph.study_cli import study_group
 
 STUDIES = CASES / "studies"

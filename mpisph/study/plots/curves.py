@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from mpisph.case.times import same_time
-from mpisph.figures.study_lines import LinesBand, LinesFigure, LinesPanel, LinesRow
-from mpisph.study.axes import (
+from mpisph.study.plots.study_lines import LinesBand, LinesFigure, LinesPanel, LinesRow
+from mpisph.study.plots.axes import (
     SYMBOLS,
     Axis,
     Clock,

@@ -15,7 +15,7 @@ from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from mpisph.figures.frame import finish, new_figure, set_titles
+from mpisph.study.plots.frame import finish, new_figure, set_titles
 from mpisph.figures.style import STYLE
 from mpisph.core.particles import FloatArray
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from mpisph.case.times import same_time
 from mpisph.analysis.convergence import converge
 from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
-from mpisph.study.axes import (
+from mpisph.study.plots.axes import (
     SYMBOLS,
     Clock,
     axis_of,

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mpisph.figures.study_map import MapBand, MapFigure, MapPanel
-from mpisph.study.axes import (
+from mpisph.study.plots.study_map import MapBand, MapFigure, MapPanel
+from mpisph.study.plots.axes import (
     Axis,
     Clock,
     axis_of,

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from mpisph.figures.frame import MARKERS, finish, new_figure, set_titles
+from mpisph.study.plots.frame import MARKERS, finish, new_figure, set_titles
 from mpisph.figures.style import BODY_COLOURS, MEASURED, STYLE, WIDTH
 from mpisph.core.particles import FloatArray
 

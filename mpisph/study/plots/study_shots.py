@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from mpisph.figures.frame import MARKERS, finish, new_figure
+from mpisph.study.plots.frame import MARKERS, finish, new_figure
 from mpisph.figures.style import BODY_COLOURS, STYLE
 from mpisph.core.particles import FloatArray
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
-from mpisph.figures.study_shots import ShotsFigure, ShotsSeries
+from mpisph.study.plots.study_shots import ShotsFigure, ShotsSeries
 from mpisph.core.particles import FloatArray
-from mpisph.study.axes import (
+from mpisph.study.plots.axes import (
     SYMBOLS,
     Clock,
     axis_of,
