@@ -123,9 +123,9 @@ def _load(study_file: Path) -> "Study":
 
 def _finish(study: "Study", root: Path, parquet: bool = False) -> Path:
     """Write the tables of a study, and draw its figure; on rank 0."""
-    from mpisph.study.best import write_best
+    from mpisph.study.paper.best import write_best
     from mpisph.study.plots.drawing import draw_study
-    from mpisph.study.ranges import write_ranges
+    from mpisph.study.paper.ranges import write_ranges
     from mpisph.study.table import collect, write_table
 
     rows = collect(study, root)
@@ -267,7 +267,7 @@ def study_claims_command(claims_file: Path | None, root: Path, markdown: bool) -
     CLAIMS is cases/studies/claims.toml by default. Claims whose studies have not been
     run are named as such.
     """
-    from mpisph.study.claims import answer_claims, as_markdown, as_table
+    from mpisph.study.paper.claims import answer_claims, as_markdown, as_table
 
     path = claims_file or shipped("studies/claims.toml")
     answers = from_root(MPI.COMM_WORLD, lambda: answer_claims(path, root))

@@ -16,7 +16,7 @@ from mpisph.report.study_tables import (
     setup_tables,
     trouble_tables,
 )
-from mpisph.study.best import BestSet
+from mpisph.study.paper.best import BestSet
 from mpisph.study.model import load_study
 
 TEXT = f"""

@@ -8,7 +8,7 @@ from launch import CASES
 
 from mpisph.core.errors import MpisphError
 from mpisph.io.history import HEADER
-from mpisph.study.best import best_sets, write_best
+from mpisph.study.paper.best import best_sets, write_best
 from mpisph.study.model import load_study
 from mpisph.study.store import case_folder
 

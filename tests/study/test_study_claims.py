@@ -9,7 +9,7 @@ from rich.console import Console
 from studies import ALPHA, small_study
 
 from mpisph.core.errors import CaseError, MpisphError
-from mpisph.study.claims import (
+from mpisph.study.paper.claims import (
     CHECKS,
     Answer,
     Claim,

@@ -7,7 +7,7 @@ import pytest
 from launch import CASES
 
 from mpisph.study.model import PaperRange, load_study
-from mpisph.study.ranges import (
+from mpisph.study.paper.ranges import (
     RANGES_TEXT_FILE,
     TOTALS,
     agreement,

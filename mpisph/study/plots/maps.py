@@ -18,7 +18,7 @@ from mpisph.study.plots.axes import (
     value_at,
 )
 from mpisph.study.model import FigureSpec, Study, Value
-from mpisph.study.ranges import TOTALS, agreement
+from mpisph.study.paper.ranges import TOTALS, agreement
 from mpisph.study.table import Row
 
 DEFAULT_LIMIT = 10.0

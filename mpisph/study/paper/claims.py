@@ -21,7 +21,7 @@ from mpisph.inputs.toml_file import read_toml
 from mpisph.core.errors import CaseError, MpisphError
 from mpisph.inputs.quantities import Description, FrozenModel, Identifier
 from mpisph.study.model import Study, Value, load_study, model_problems
-from mpisph.study.ranges import agreement
+from mpisph.study.paper.ranges import agreement
 from mpisph.study.table import Row, collect
 
 Word = Literal["reproduced", "in part", "not reproduced", "not run"]

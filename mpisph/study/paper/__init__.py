@@ -1,0 +1,1 @@
+"""The source paper's claims and tables, as answered by the studies."""
