@@ -483,7 +483,7 @@ def scaling_command(
     Own and ghost particles, messages and kB of the fullest rank, in brackets the mean,
     and the parallel efficiency modelled from them, for both cuts.
     """
-    from mpisph.scaling import initial_layout, scaling_table
+    from mpisph.bench.scaling import initial_layout, scaling_table
 
     comm = MPI.COMM_WORLD
     case = from_root(comm, lambda: load_case(case_file, overrides))

@@ -11,7 +11,7 @@ from oracles import agree, approx
 from mpisph.case import load_case
 from mpisph.parallel.decomposition import equal_work_cut, owners, work_of
 from mpisph.parallel.halo import reach
-from mpisph.scaling import (
+from mpisph.bench.scaling import (
     GHOST_BYTES,
     Costs,
     PartCounts,
