@@ -13,7 +13,7 @@ def main() -> None:
     except (ImportError, RuntimeError) as error:
         reason = str(error).strip().replace("\n", "; ")
         sys.exit(f"mpisph: no MPI library could be loaded: {reason}")
-    from mpisph import cli
+    from mpisph.cli import main as cli
 
     cli.main()
 

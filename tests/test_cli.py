@@ -231,16 +231,16 @@ def test_absurd_sizes_are_refused_before_anything_is_made(tmp_path, options):
 
 def test_an_exception_on_one_rank_ends_all():
     broken = """
-import mpisph.cli
+import mpisph.cli.main
 from mpi4py import MPI
 
 def load_case(*_):
     MPI.COMM_WORLD.Dup().Barrier()
 
-mpisph.cli.load_case = load_case
+mpisph.cli.main.load_case = load_case
 if MPI.COMM_WORLD.rank == 1:
-    mpisph.cli.from_root = None
-mpisph.cli.main()
+    mpisph.cli.main.from_root = None
+mpisph.cli.main.main()
 """
     done = launch(2, sys.executable, "-c", broken, "run", "x.toml", timeout=30)
     assert done.returncode not in (0, 2, 3)

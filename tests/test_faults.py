@@ -336,7 +336,7 @@ def deadly(*arguments, **options):
     return result
 
 setattr(module, name, deadly)
-from mpisph.cli import main
+from mpisph.cli.main import main
 main()
 """
 

@@ -10,7 +10,7 @@ import pytest
 from launch import TOP, environment
 
 from mpisph.case import load_case
-from mpisph.cli import cli
+from mpisph.cli.main import cli
 from mpisph.study.model import load_study
 
 README = (TOP / "README.md").read_text(encoding="utf-8")

@@ -16,7 +16,7 @@ from mpisph.study.plots.levels import convergence_panels
 from mpisph.study.plots.maps import map_figure
 from mpisph.study.model import load_study
 from mpisph.study.plots.shots import shots_figure
-from mpisph.study_cli import study_group
+from mpisph.cli.study import study_group
 
 STUDIES = CASES / "studies"
 BASE = CASES / "piekutowski-4-1353.toml"

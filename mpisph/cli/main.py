@@ -26,7 +26,7 @@ from mpisph.run.guard import STOP_FILE, Guard
 from mpisph.core.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
 from mpisph.core.launcher import launch_of, mismatch
 from mpisph.inputs.quantities import si_value
-from mpisph.options import (
+from mpisph.cli.options import (
     BAD_INPUT,
     STOPPED,
     UNSTABLE,
@@ -36,7 +36,7 @@ from mpisph.options import (
     walltime_option,
 )
 from mpisph.run.progress import open_console
-from mpisph.study_cli import study_group
+from mpisph.cli.study import study_group
 
 if TYPE_CHECKING:
     from mpisph.io.result import Result

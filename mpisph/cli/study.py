@@ -10,7 +10,7 @@ from mpi4py import MPI
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.core.errors import MpisphError
 from mpisph.run.guard import Guard
-from mpisph.options import STOPPED, shipped, walltime_option
+from mpisph.cli.options import STOPPED, shipped, walltime_option
 from mpisph.run.progress import open_console
 
 if TYPE_CHECKING:
