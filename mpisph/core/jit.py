@@ -2,7 +2,7 @@
 
 Numba's cache looks only at the file in which a function stands: editing a function
 that it calls in another file would still run the old code. So the cache folder is
-named by a digest of all sources, and a change anywhere starts a fresh one. It is set
+named by a digest of all numeric sources, and a change there starts a fresh one. It is set
 when this module is imported, before any function is compiled.
 """
 
@@ -44,16 +44,26 @@ ROUNDED = {**INLINE, "fastmath": FASTMATH - {"reassoc"}}
 EXACT = {"cache": True, "error_model": "numpy"}
 """Options of everything else: IEEE arithmetic in the order written."""
 
+NUMERIC_FOLDERS = ("core", "physics", "parallel", "sph", "diagnostics", "solver")
+"""Folders of all that is compiled, or decides how. A change elsewhere, such as of a
+report, asks for no compiling."""
+
 DIGITS = 16
 """Length of a digest's name."""
 
 
+def numeric_sources() -> list[Path]:
+    """Return the sources in `NUMERIC_FOLDERS`, sorted."""
+    package = Path(__file__).parents[1]
+    return sorted(p for name in NUMERIC_FOLDERS for p in (package / name).rglob("*.py"))
+
+
 def source_digest() -> str:
-    """Return a digest of all of mpisph's sources and of the versions that compile."""
+    """Return a digest of the numeric sources and of the versions that compile."""
     digest = hashlib.sha256()
     for part in (numba.__version__, platform.python_version(), platform.machine()):
         digest.update(part.encode())
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
+    for path in numeric_sources():
         digest.update(path.read_bytes())
     return digest.hexdigest()[:DIGITS]
 
@@ -89,7 +99,7 @@ def source_stamp() -> str:
     """
     digest = hashlib.sha256(llvmlite.binding.get_host_cpu_name().encode())
     digest.update(llvmlite.binding.get_host_cpu_features().flatten().encode())
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
+    for path in numeric_sources():
         found = path.stat()
         digest.update(f"{path} {found.st_mtime_ns} {found.st_size}\n".encode())
     return digest.hexdigest()[:DIGITS]

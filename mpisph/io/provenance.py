@@ -16,7 +16,7 @@ from mpisph.core.launcher import library_name
 UNKNOWN = "unknown"
 """Revision of sources that are not in a checkout."""
 
-_PACKAGE = Path(__file__).resolve().parent
+_PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def versions() -> dict[str, str]:
