@@ -31,7 +31,7 @@ def pytest_configure(config):
         return
     from mpi4py import MPI  # starts MPI, which the serial tests do without
 
-    from mpisph.solver.compiled import warm_up
+    from mpisph.solver.warmup import warm_up
 
     warm_up(MPI.COMM_WORLD)  # ranks that compile at once can spoil numba's cache
     config.pluginmanager.register(RankReports(MPI.COMM_WORLD))

@@ -12,7 +12,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
-from mpisph.physics.constitutive import material_table
+from mpisph.core.particles import Particles
 from mpisph.physics.eos import (
     CLAMP,
     LINEAR,
@@ -22,11 +22,11 @@ from mpisph.physics.eos import (
     ZERO,
     MaterialConstants,
 )
-from mpisph.sph.neighbours import make_lattice, sort_into_cells
-from mpisph.core.particles import Particles
-from mpisph.sph.rates import update_rates
+from mpisph.physics.response import material_table
 from mpisph.physics.scheme import Scheme
 from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC
+from mpisph.sph.neighbours import make_lattice, sort_into_cells
+from mpisph.sph.rates import update_rates
 from mpisph.sph.sources import exchanged_fields, name_fields
 
 DIGITS = 60

@@ -47,7 +47,7 @@ def slow_steps(folder):
     (folder / "sitecustomize.py").write_text(
         "import os, time\n"
         "if 'OMPI_COMM_WORLD_RANK' in os.environ:\n"
-        "    from mpisph.run.keeper import Keeper\n"
+        "    from mpisph.run.checkpointing import Keeper\n"
         "    wish = Keeper.wish\n"
         "    Keeper.wish = lambda keeper, sim: time.sleep(0.025) or wish(keeper, sim)\n"
     )
@@ -62,8 +62,8 @@ def short_starts(folder, count):
     (folder / "sitecustomize.py").write_text(
         "import os\n"
         "if 'OMPI_COMM_WORLD_RANK' in os.environ:\n"
-        "    from mpisph.run.guard import Guard\n"
-        "    from mpisph.run.keeper import Keeper\n"
+        "    from mpisph.run.signals import Guard\n"
+        "    from mpisph.run.checkpointing import Keeper\n"
         "    wish, made = Keeper.wish, []\n"
         "    Keeper.wish = lambda keeper, sim: made.append(1) or wish(keeper, sim)\n"
         f"    Guard.time_left = lambda guard: 0.0 if len(made) > {count} else 1e6\n"

@@ -8,7 +8,7 @@ from mpi4py import MPI
 from rich.console import Console
 
 from mpisph.case import load_case
-from mpisph.run.run import run
+from mpisph.run.session import run
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 

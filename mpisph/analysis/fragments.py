@@ -17,9 +17,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from mpisph.diagnostics.diagnostics import CloudDefinition, in_cloud
+from mpisph.analysis.ring_sections import sections
 from mpisph.core.particles import FloatArray, IntArray
-from mpisph.analysis.rings import sections
+from mpisph.diagnostics.diagnostics import CloudDefinition, in_cloud
 
 CONTACT = 1.5
 """Particles nearer than this multiple of the mean of their sizes touch.

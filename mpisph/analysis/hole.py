@@ -25,10 +25,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from mpisph.analysis.ring_sections import Sections, sections
 from mpisph.case import Case
-from mpisph.diagnostics.diagnostics import cloud_definition, target_plate
 from mpisph.core.particles import FloatArray
-from mpisph.analysis.rings import Sections, sections
+from mpisph.diagnostics.diagnostics import cloud_definition, target_plate
 
 
 class Hole(NamedTuple):

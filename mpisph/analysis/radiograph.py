@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
+from mpisph.analysis.ring_sections import Sections, sections
 from mpisph.core.particles import FloatArray
-from mpisph.analysis.rings import Sections, sections
 
 ALUMINIUM_80_KEV = 0.02018
 """Mass attenuation coefficient of aluminium for photons of 80 keV [m2/kg].

@@ -20,10 +20,10 @@ from mpisph.bench.scenes import (
 )
 from mpisph.bench.startup import measure_start_up
 from mpisph.case import Case, load_case
-from mpisph.parallel.collectives import from_root
-from mpisph.solver.compiled import run_tiny_case, warm_up
 from mpisph.io.provenance import cpu_model, git_revision, versions
+from mpisph.parallel.collectives import from_root
 from mpisph.solver.simulation import start
+from mpisph.solver.warmup import run_tiny_case, warm_up
 
 
 class Options(NamedTuple):

@@ -15,12 +15,12 @@ from mpi4py import MPI
 
 from mpisph.bench.record import Measurement, Scaling, Spread, Traffic
 from mpisph.bench.scenes import Scene
+from mpisph.core.particles import FloatArray
+from mpisph.io.snapshot import write_snapshot
 from mpisph.parallel.collectives import caught, on_root, raise_together
 from mpisph.parallel.decomposition import imbalance
-from mpisph.core.particles import FloatArray
+from mpisph.run.loop import make_step
 from mpisph.solver.simulation import Simulation, step_rule, survey
-from mpisph.io.snapshot import write_snapshot
-from mpisph.run.stepping import make_step
 
 WARM_UP_STEPS = 5
 """Steps before the first that is timed: the impact begins, caches fill."""

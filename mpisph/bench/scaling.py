@@ -14,11 +14,11 @@ import numpy as np
 from mpi4py import MPI
 
 from mpisph.case import Case
-from mpisph.parallel.census import CutMode, choose_columns, take_census
-from mpisph.parallel.decomposition import Cut, equal_work_cut, owners, work_of
-from mpisph.case.geometry import discretise
-from mpisph.parallel.halo import NOTHING, boxes, hull, partners_of, reach, select
+from mpisph.case.discretise import discretise
 from mpisph.core.particles import FloatArray, IntArray
+from mpisph.parallel.cost_model import CutMode, choose_columns, take_census
+from mpisph.parallel.decomposition import Cut, equal_work_cut, owners, work_of
+from mpisph.parallel.halo import NOTHING, boxes, hull, partners_of, reach, select
 from mpisph.sph.sources import EXCHANGED
 
 GHOST_BYTES = 8 * len(EXCHANGED)

@@ -11,11 +11,11 @@ from mpi4py import MPI
 
 from mpisph.bench.record import SceneName
 from mpisph.case import Case, case_from_dict
-from mpisph.parallel.collectives import from_root, on_root
-from mpisph.case.geometry import InitialParticles, discretise
-from mpisph.solver.simulation import Simulation, start, start_from, step_rule, survey
+from mpisph.case.discretise import InitialParticles, discretise
 from mpisph.io.snapshot import SNAPSHOTS_FOLDER, read_snapshot, write_snapshot
-from mpisph.run.stepping import make_step
+from mpisph.parallel.collectives import from_root, on_root
+from mpisph.run.loop import make_step
+from mpisph.solver.simulation import Simulation, start, start_from, step_rule, survey
 from mpisph.sph.timestep import step_to
 
 BLOCK_SPACING = 1e-4

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from mpisph.case.bodies import EquationOfState, Plate, SphericalShell, regions_overlap
-from mpisph.case.parts import Finding, Key, Parts, default_reference
+from mpisph.case.partial_case import Finding, Key, Parts, default_reference
 from mpisph.case.size_checks import SIZE_RULES
 from mpisph.case.times import requested_times
 from mpisph.materials import card_names

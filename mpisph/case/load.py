@@ -11,12 +11,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from mpisph.case.model import Case
-from mpisph.inputs.overrides import apply_override
-from mpisph.case.parts import Key
-from mpisph.inputs.positions import line_numbers
+from mpisph.case.partial_case import Key
 from mpisph.case.problems import Origins, case_problems, integer_problems
-from mpisph.inputs.toml_file import read_toml
 from mpisph.core.errors import CaseError, Problem
+from mpisph.inputs.overrides import apply_override
+from mpisph.inputs.toml_file import read_toml
+from mpisph.inputs.toml_lines import line_numbers
 
 __all__ = ["CaseSource", "case_from_dict", "load_case"]
 

@@ -10,7 +10,12 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from mpisph.case.bodies import Body, EquationOfState, Plate
 from mpisph.case.checks import find_problems
-from mpisph.case.parts import Parts, default_plate, default_reference, find_spacing
+from mpisph.case.partial_case import (
+    Parts,
+    default_plate,
+    default_reference,
+    find_spacing,
+)
 from mpisph.case.sections import (
     Checkpoints,
     Limits,
@@ -22,9 +27,9 @@ from mpisph.case.sections import (
     TimeStepping,
 )
 from mpisph.case.times import merge_times, periodic_times, requested_times
+from mpisph.inputs.quantities import FrozenModel, Identifier, Title
 from mpisph.materials import Material, card_names
 from mpisph.materials.library import card_data
-from mpisph.inputs.quantities import FrozenModel, Identifier, Title
 
 __all__ = ["MOST", "Case", "MaterialEntry", "merge_materials"]
 

@@ -13,14 +13,14 @@ from pydantic_core import ErrorDetails
 from mpisph.case.bodies import Body
 from mpisph.case.checks import find_problems
 from mpisph.case.model import MOST, Case, merge_materials
-from mpisph.inputs.overrides import override_place
-from mpisph.case.parts import Finding, Key, Parts
-from mpisph.inputs.printing import printable
+from mpisph.case.partial_case import Finding, Key, Parts
 from mpisph.case.schema import field_schema
 from mpisph.core.errors import Problem
+from mpisph.inputs.overrides import override_place
+from mpisph.inputs.printing import printable
+from mpisph.inputs.quantities import Identifier
 from mpisph.materials import Material, card_names
 from mpisph.materials.library import nearest, nearest_quoted
-from mpisph.inputs.quantities import Identifier
 
 __all__ = ["BEYOND_64_BITS", "Origins", "case_problems", "integer_problems"]
 

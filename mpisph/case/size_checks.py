@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from mpisph.case.bodies import Cylinder, Plate, extent
 from mpisph.case.counts import particle_count
-from mpisph.case.parts import Finding, Key, Parts, find_spacing, spacing_key
+from mpisph.case.partial_case import Finding, Key, Parts, find_spacing, spacing_key
 from mpisph.case.times import exposure_times
 
 __all__ = ["SIZE_RULES"]

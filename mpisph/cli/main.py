@@ -19,13 +19,6 @@ from mpi4py import MPI
 from mpisph import __version__
 from mpisph.bench import PARTS
 from mpisph.case import Case, case_schema, load_case
-from mpisph.parallel.collectives import from_root, on_root
-from mpisph.core.errors import CaseError, CollectiveError, MpisphError
-from mpisph.solver.estimate import estimate
-from mpisph.run.guard import STOP_FILE, Guard
-from mpisph.core.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
-from mpisph.core.launcher import launch_of, mismatch
-from mpisph.inputs.quantities import si_value
 from mpisph.cli.options import (
     BAD_INPUT,
     STOPPED,
@@ -35,8 +28,15 @@ from mpisph.cli.options import (
     shipped,
     walltime_option,
 )
-from mpisph.run.progress import open_console
 from mpisph.cli.study import study_group
+from mpisph.core.errors import CaseError, CollectiveError, MpisphError
+from mpisph.core.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
+from mpisph.core.launcher import launch_of, mismatch
+from mpisph.inputs.quantities import si_value
+from mpisph.parallel.collectives import from_root, on_root
+from mpisph.run.progress import open_console
+from mpisph.run.signals import STOP_FILE, Guard
+from mpisph.solver.estimate import estimate
 
 if TYPE_CHECKING:
     from mpisph.io.result import Result
@@ -92,7 +92,7 @@ def run_command(
         for case in cases:
             click.echo(estimate(case, comm.size).text())
         return
-    from mpisph.run.run import run
+    from mpisph.run.session import run
 
     pairs = list(zip(cases, folders, strict=True))
     _finish_runs(
@@ -115,7 +115,7 @@ def resume_command(
     A run goes on from its last sound checkpoint, or from the beginning where there is
     none. One that has ended is not repeated.
     """
-    from mpisph.run.run import resume
+    from mpisph.run.session import resume
 
     comm = MPI.COMM_WORLD
     runs = [partial(resume, comm, folder, guard=guard) for folder in folders]
@@ -345,9 +345,14 @@ def clock_command(
 
 def _say_clock(folders: Sequence[Path], npr: float | None, out_png: Path) -> None:
     """Print the fits and what they come to; draw them."""
-    from mpisph.analysis.clock import clock_run, clock_table, conclude, conclusion_text
+    from mpisph.analysis.clock_offset import (
+        clock_run,
+        clock_table,
+        conclude,
+        conclusion_text,
+    )
     from mpisph.figures.clock import draw_clock
-    from mpisph.run.run import case_in
+    from mpisph.run.session import case_in
 
     runs = [clock_run(folder, case_in(folder)) for folder in folders]
     conclusion = conclude(runs, npr)
@@ -499,7 +504,7 @@ def cache_group() -> None:
 @cache_group.command("warm")
 def cache_warm_command() -> None:
     """Compile all that a run calls, and say where the code is kept."""
-    from mpisph.solver.compiled import warm_up
+    from mpisph.solver.warmup import warm_up
 
     warm_up(MPI.COMM_WORLD)
     _say_cache()

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import click
 from mpi4py import MPI
 
-from mpisph.parallel.collectives import from_root, on_root
-from mpisph.core.errors import MpisphError
-from mpisph.run.guard import Guard
 from mpisph.cli.options import STOPPED, shipped, walltime_option
+from mpisph.core.errors import MpisphError
+from mpisph.parallel.collectives import from_root, on_root
 from mpisph.run.progress import open_console
+from mpisph.run.signals import Guard
 
 if TYPE_CHECKING:
     from mpisph.study.model import Study
@@ -124,8 +124,8 @@ def _load(study_file: Path) -> "Study":
 def _finish(study: "Study", root: Path, parquet: bool = False) -> Path:
     """Write the tables of a study, and draw its figure; on rank 0."""
     from mpisph.study.paper.best import write_best
-    from mpisph.study.plots.drawing import draw_study
     from mpisph.study.paper.ranges import write_ranges
+    from mpisph.study.plots.drawing import draw_study
     from mpisph.study.table import collect, write_table
 
     rows = collect(study, root)

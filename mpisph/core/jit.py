@@ -2,8 +2,8 @@
 
 Numba's cache looks only at the file in which a function stands: editing a function
 that it calls in another file would still run the old code. So the cache folder is
-named by a digest of all numeric sources, and a change there starts a fresh one. It is set
-when this module is imported, before any function is compiled.
+named by a digest of all numeric sources, and a change there starts a fresh one. It is
+set when this module is imported, before any function is compiled.
 """
 
 import atexit

@@ -12,9 +12,9 @@ from numba import njit
 from mpisph.case import Case
 from mpisph.case.bodies import Plate
 from mpisph.case.sections import Exposure, Measured
-from mpisph.parallel.collectives import gather_all
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray, IntArray, Particles
+from mpisph.parallel.collectives import gather_all
 
 TOTALS = ("mass", "momentum_z", "kinetic_energy", "internal_energy")
 """Rows of `totals`."""

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from numba import njit
 
-from mpisph.physics.constitutive import MaterialTable
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import Particles
+from mpisph.physics.response import MaterialTable
 
 STABLE = 0
 NON_FINITE = 1

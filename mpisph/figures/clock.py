@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mpisph.analysis.clock import (
+from mpisph.analysis.clock_offset import (
     PREDICTIONS,
     ClockConclusion,
     ClockRun,

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from mpisph.case import Case, Plate, case_from_dict
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
+from mpisph.core.particles import FloatArray
 from mpisph.diagnostics.diagnostics import (
     CloudDefinition,
     CloudErrors,
@@ -34,7 +35,6 @@ from mpisph.figures.style import (
     STYLE,
     WIDTH,
 )
-from mpisph.core.particles import FloatArray
 from mpisph.io.snapshot import Snapshot, read_series, read_snapshot
 
 FIGURES_FOLDER = "figures"

@@ -11,7 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import FuncNorm
 from matplotlib.figure import Figure
 
+from mpisph.analysis.fragments import CONTACT, Fragments, find_fragments
+from mpisph.analysis.radiograph import ALUMINIUM_80_KEV, areal_density, transmission
+from mpisph.analysis.spray import Spray, measure_spray
 from mpisph.case import Case
+from mpisph.core.particles import FloatArray
 from mpisph.diagnostics.diagnostics import (
     CloudDefinition,
     cloud_definition,
@@ -27,11 +31,7 @@ from mpisph.figures.cloud import (
     title_lines,
 )
 from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE, WIDTH
-from mpisph.analysis.fragments import CONTACT, Fragments, find_fragments
-from mpisph.core.particles import FloatArray
-from mpisph.analysis.radiograph import ALUMINIUM_80_KEV, areal_density, transmission
 from mpisph.io.snapshot import Snapshot
-from mpisph.analysis.spray import Spray, measure_spray
 
 Arrays = dict[str, npt.NDArray[Any]]
 """As in `Snapshot.arrays`."""

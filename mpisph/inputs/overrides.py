@@ -5,10 +5,10 @@ from __future__ import annotations
 import tomllib
 from typing import Any
 
-from mpisph.case.parts import Key
-from mpisph.inputs.positions import deep_line
-from mpisph.inputs.printing import printable
+from mpisph.case.partial_case import Key
 from mpisph.core.errors import Problem
+from mpisph.inputs.printing import printable
+from mpisph.inputs.toml_lines import deep_line
 from mpisph.materials.library import nearest
 
 __all__ = ["apply_override", "override_place"]

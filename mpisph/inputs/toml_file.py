@@ -7,10 +7,10 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from mpisph.inputs.positions import deep_line
-from mpisph.inputs.printing import printable
 from mpisph.case.problems import BEYOND_64_BITS
 from mpisph.core.errors import CaseError, Problem
+from mpisph.inputs.printing import printable
+from mpisph.inputs.toml_lines import deep_line
 from mpisph.materials.library import nearest
 
 __all__ = ["read_toml"]

@@ -17,14 +17,8 @@ import h5py
 import numpy as np
 from mpi4py import MPI
 
-from mpisph.parallel.collectives import (
-    block_starts,
-    caught,
-    from_root,
-    on_root,
-    raise_together,
-)
 from mpisph.core.errors import MpisphError
+from mpisph.core.particles import FIELDS, Particles
 from mpisph.io.particle_file import (
     Layout,
     field_column,
@@ -33,7 +27,13 @@ from mpisph.io.particle_file import (
     stored_text,
     write_particle_file,
 )
-from mpisph.core.particles import FIELDS, Particles
+from mpisph.parallel.collectives import (
+    block_starts,
+    caught,
+    from_root,
+    on_root,
+    raise_together,
+)
 
 CHECKPOINTS_FOLDER = "checkpoints"
 

@@ -14,8 +14,8 @@ from typing import Self
 
 from mpi4py import MPI
 
-from mpisph.parallel.collectives import caught, on_root, raise_together
 from mpisph.core.errors import MpisphError
+from mpisph.parallel.collectives import caught, on_root, raise_together
 
 LOCK_FILE = ".lock"
 

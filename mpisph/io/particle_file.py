@@ -18,6 +18,8 @@ import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 
+from mpisph.core.particles import Field, Particles
+from mpisph.io.files import replace_file
 from mpisph.parallel.collectives import (
     by_id_blocks,
     caught,
@@ -25,8 +27,6 @@ from mpisph.parallel.collectives import (
     on_root,
     raise_together,
 )
-from mpisph.io.files import replace_file
-from mpisph.core.particles import Field, Particles
 
 Writer = Literal["auto", "parallel", "gather"]
 

@@ -10,7 +10,12 @@ from rich.table import Table
 from mpisph.case import Case
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
-from mpisph.diagnostics.diagnostics import CloudFigure, CloudMeasure, cloud_size, compare
+from mpisph.diagnostics.diagnostics import (
+    CloudFigure,
+    CloudMeasure,
+    cloud_size,
+    compare,
+)
 from mpisph.io.files import write_text
 
 RESULT_FILE = "result.json"

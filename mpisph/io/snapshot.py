@@ -19,8 +19,8 @@ import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 
-from mpisph.parallel.collectives import on_root
 from mpisph.core.errors import MpisphError
+from mpisph.core.particles import FIELDS, Particles
 from mpisph.io.files import write_text
 from mpisph.io.particle_file import (
     Column,
@@ -31,7 +31,7 @@ from mpisph.io.particle_file import (
     stored_text,
     write_particle_file,
 )
-from mpisph.core.particles import FIELDS, Particles
+from mpisph.parallel.collectives import on_root
 
 SNAPSHOTS_FOLDER = "snapshots"
 SERIES_FILE = "snapshots.vtkhdf.series"

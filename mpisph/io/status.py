@@ -9,9 +9,9 @@ from typing import Literal
 from mpi4py import MPI
 from pydantic import BaseModel, ConfigDict
 
-from mpisph.parallel.collectives import on_root
 from mpisph.core.errors import MpisphError
 from mpisph.io.files import write_text
+from mpisph.parallel.collectives import on_root
 
 STATUS_FILE = "status.json"
 

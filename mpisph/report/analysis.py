@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy.typing as npt
 
+from mpisph.analysis.fragments import find_fragments
+from mpisph.analysis.hole import maiden_diameter, measure_hole, nysmith_diameter
 from mpisph.case import Case, Plate, Sphere
 from mpisph.diagnostics.diagnostics import (
     cloud_definition,
@@ -15,10 +17,8 @@ from mpisph.diagnostics.diagnostics import (
     target_plate,
 )
 from mpisph.figures.debris import draw_fragments, draw_radiograph, draw_spray
-from mpisph.analysis.fragments import find_fragments
-from mpisph.analysis.hole import maiden_diameter, measure_hole, nysmith_diameter
-from mpisph.report.page import NONE, Table
 from mpisph.io.snapshot import Snapshot
+from mpisph.report.page import NONE, Table
 
 HEAVIEST = 10
 """Fragments listed."""

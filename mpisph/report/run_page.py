@@ -14,6 +14,8 @@ from mpisph.figures.frames import PANEL, Frame, common_view
 from mpisph.figures.history import RunHistory, draw_history, history_figures
 from mpisph.figures.style import BODY_COLOURS
 from mpisph.io.files import write_text
+from mpisph.io.snapshot import read_snapshot
+from mpisph.io.stored_run import StoredRun, read_run
 from mpisph.report.analysis import ANALYSES, analysis_tables, has_debris
 from mpisph.report.page import Figure, Notice, Table, embed_png, render
 from mpisph.report.run_tables import (
@@ -29,9 +31,7 @@ from mpisph.report.run_tables import (
     timing_table,
     us,
 )
-from mpisph.io.stored import StoredRun, read_run
 from mpisph.report.study_page import MOST_OPEN, StudySection, study_sections
-from mpisph.io.snapshot import read_snapshot
 
 REPORT_FILE = "report.html"
 

@@ -7,9 +7,9 @@ from mpisph.case import Body, Case, Cylinder, Plate, Sphere, SphericalShell
 from mpisph.case.bodies import EquationOfState
 from mpisph.case.sections import Exposure, PressureLimit, TimeStepping
 from mpisph.diagnostics.diagnostics import CloudFigure
-from mpisph.report.page import NONE, Link, Table
-from mpisph.io.stored import StoredRun
 from mpisph.io.result import Comparison
+from mpisph.io.stored_run import StoredRun
+from mpisph.report.page import NONE, Link, Table
 
 Row = tuple[str | Link, ...]
 

@@ -19,13 +19,13 @@ from mpisph.report.study_tables import (
     share,
     trouble_tables,
 )
-from mpisph.study.plots.axes import Clock, axis_of, clock_text
+from mpisph.study.model import FigureSpec, Study, Value, load_study
 from mpisph.study.paper.best import best_sets
 from mpisph.study.paper.claims import Claim, Try, Word, decide, load_claims
+from mpisph.study.paper.ranges import TOTALS, Agreement, RangeCell, agreement
+from mpisph.study.plots.axes import Clock, axis_of, clock_text
 from mpisph.study.plots.drawing import draw_study
 from mpisph.study.plots.levels import convergence_panels
-from mpisph.study.model import FigureSpec, Study, Value, load_study
-from mpisph.study.paper.ranges import TOTALS, Agreement, RangeCell, agreement
 from mpisph.study.store import CASES_FOLDER, STANDINGS, Standing, study_folder
 from mpisph.study.table import TABLE_FILE, Row, collect
 

@@ -11,14 +11,15 @@ from mpi4py import MPI
 from pydantic import BaseModel, ConfigDict
 
 from mpisph.case import Case
-from mpisph.io.checkpoint import PARTICLE_BYTES, Checkpoint, write_checkpoint
-from mpisph.parallel.collectives import from_root, raise_together
-from mpisph.parallel.decomposition import imbalance
-from mpisph.diagnostics.diagnostics import ConservationErrors, conservation_errors, measure_cloud
 from mpisph.core.errors import MpisphError, UnstableError
-from mpisph.io.history import History, HistoryRow
 from mpisph.core.particles import IntArray
-from mpisph.run.progress import Progress, RunLog
+from mpisph.diagnostics.diagnostics import (
+    ConservationErrors,
+    conservation_errors,
+    measure_cloud,
+)
+from mpisph.io.checkpoint import PARTICLE_BYTES, Checkpoint, write_checkpoint
+from mpisph.io.history import History, HistoryRow
 from mpisph.io.provenance import versions
 from mpisph.io.result import (
     CloudRecord,
@@ -28,9 +29,12 @@ from mpisph.io.result import (
     Timing,
     make_comparisons,
 )
-from mpisph.solver.simulation import Scales, Simulation, restore
 from mpisph.io.snapshot import write_snapshot
-from mpisph.solver.survey import Survey
+from mpisph.parallel.collectives import from_root, raise_together
+from mpisph.parallel.decomposition import imbalance
+from mpisph.run.progress import Progress, RunLog
+from mpisph.solver.reduction import Survey
+from mpisph.solver.simulation import Scales, Simulation, restore
 
 
 class RunState(BaseModel):

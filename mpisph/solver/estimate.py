@@ -7,12 +7,12 @@ from mpi4py import MPI
 
 from mpisph.case import Case
 from mpisph.case.counts import particle_count
-from mpisph.case.parts import spacing_key
-from mpisph.parallel.collectives import raise_together
+from mpisph.case.partial_case import spacing_key
 from mpisph.core.errors import CaseError, Problem
 from mpisph.core.memory import total_memory
 from mpisph.core.particles import INTEGRATED, LABELS, VALUES
-from mpisph.sph.records import RING_FIELDS
+from mpisph.parallel.collectives import raise_together
+from mpisph.sph.pair_records import RING_FIELDS
 from mpisph.sph.sources import EXCHANGED
 from mpisph.sph.timestep import VISCOUS_SHARE
 

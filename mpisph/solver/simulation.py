@@ -20,8 +20,14 @@ import numpy as np
 from mpi4py import MPI
 
 from mpisph.case import Case
-from mpisph.parallel.census import fastest_cut
-from mpisph.physics.constitutive import MaterialTable, limit_stress, material_table, respond
+from mpisph.case.discretise import InitialParticles, discretise
+from mpisph.core.memory import keep_freed_memory
+from mpisph.core.particles import INTEGRATED, STRESS_ROWS, FloatArray, Particles
+from mpisph.core.timers import Phases
+from mpisph.diagnostics.diagnostics import CloudDefinition, cloud_definition
+from mpisph.diagnostics.stability import Bounds
+from mpisph.materials import Material
+from mpisph.parallel.cost_model import fastest_cut
 from mpisph.parallel.decomposition import (
     Cut,
     Pace,
@@ -31,23 +37,17 @@ from mpisph.parallel.decomposition import (
     part_work,
     work_of,
 )
-from mpisph.diagnostics.diagnostics import CloudDefinition, cloud_definition
-from mpisph.physics.eos import KINDS, P_MIN_MODES, MaterialConstants
-from mpisph.case.geometry import InitialParticles, discretise
 from mpisph.parallel.halo import Halo, boxes, exchange_halo, reach
-from mpisph.sph.integrator import drift, kick, predict
-from mpisph.materials import Material
-from mpisph.core.memory import keep_freed_memory
 from mpisph.parallel.migration import migrate
-from mpisph.sph.neighbours import Lattice, cell_keys, make_lattice
-from mpisph.core.particles import INTEGRATED, STRESS_ROWS, FloatArray, Particles
-from mpisph.core.phases import Phases
-from mpisph.sph.rates import update_rates
+from mpisph.physics.eos import KINDS, P_MIN_MODES, MaterialConstants
+from mpisph.physics.response import MaterialTable, limit_stress, material_table, respond
 from mpisph.physics.scheme import Scheme
 from mpisph.physics.smoothing import MODES
+from mpisph.solver.reduction import Survey, take_survey
+from mpisph.sph.integrator import drift, kick, predict
+from mpisph.sph.neighbours import Lattice, cell_keys, make_lattice
+from mpisph.sph.rates import update_rates
 from mpisph.sph.sources import exchanged_fields, name_fields, sort_fields
-from mpisph.diagnostics.stability import Bounds
-from mpisph.solver.survey import Survey, take_survey
 from mpisph.sph.timestep import StepRule
 
 NO_STEP = StepRule(fixed=True, longest=0.0, courant=0.0)

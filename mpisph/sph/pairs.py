@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from mpisph.physics.heat import heat_flow
 from mpisph.core.jit import EXACT, INLINE
+from mpisph.physics.heat import heat_flow
 from mpisph.physics.kernel import XI_FAR, ring_averages, ring_averages_far
-from mpisph.sph.records import RING_FIELDS, Ring, ring_at
 from mpisph.physics.viscosity import approach, separation2, viscous_pressure
+from mpisph.sph.pair_records import RING_FIELDS, Ring, ring_at
 
 LANES = 8
 """Lists are filled up to a multiple of this with rings of no mass: what a vector leaves

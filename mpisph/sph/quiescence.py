@@ -20,7 +20,7 @@ from numba import njit
 
 from mpisph.core.jit import EXACT
 from mpisph.sph.neighbours import SLACK, split_key
-from mpisph.sph.records import ring_at
+from mpisph.sph.pair_records import ring_at
 
 REST = 1e-20
 """Rates below this, in units of c^2/h for an acceleration, do not move calm matter."""

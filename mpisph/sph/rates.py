@@ -10,10 +10,14 @@ steps would save that alone, and cost 500 bytes a particle.
 import numpy as np
 from numba import njit
 
-from mpisph.physics.constitutive import MaterialTable
-from mpisph.physics.eos import bulk_sound_speed
 from mpisph.core.jit import EXACT
+from mpisph.core.particles import FloatArray
+from mpisph.physics.eos import bulk_sound_speed
 from mpisph.physics.kernel import lies_near_axis
+from mpisph.physics.response import MaterialTable
+from mpisph.physics.scheme import Scheme
+from mpisph.physics.smoothing import smoothing_rate
+from mpisph.physics.strength import jaumann_rate
 from mpisph.sph.neighbours import (
     CellOrder,
     Lattice,
@@ -21,19 +25,15 @@ from mpisph.sph.neighbours import (
     find_neighbours,
     row_of,
 )
+from mpisph.sph.pair_records import RING_FIELDS, ring_at, ring_records
 from mpisph.sph.pairs import LANES, heating, make_buffer, pack_neighbours, pair_sums
-from mpisph.core.particles import FloatArray
 from mpisph.sph.quiescence import (
     calm_particles,
     cell_reach,
     is_negligible,
     quiescent_until,
 )
-from mpisph.sph.records import RING_FIELDS, ring_at, ring_records
-from mpisph.physics.scheme import Scheme
-from mpisph.physics.smoothing import smoothing_rate
 from mpisph.sph.sources import Sources
-from mpisph.physics.strength import jaumann_rate
 
 
 @njit(**EXACT)

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpisph.sph.neighbours import CellOrder, Lattice, sort_into_cells
 from mpisph.core.particles import (
     FIELDS,
     INTEGRATED,
@@ -19,6 +18,7 @@ from mpisph.core.particles import (
     IntArray,
     Particles,
 )
+from mpisph.sph.neighbours import CellOrder, Lattice, sort_into_cells
 
 EXCHANGED = tuple(f.name for f in FIELDS if f.exchanged)
 """Rows of what is sent, in the order of `FIELDS`: labels first, by their bits."""

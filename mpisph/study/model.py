@@ -12,9 +12,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from mpisph.case import Case, CaseSource
 from mpisph.case.identity import case_key
-from mpisph.inputs.positions import line_numbers
 from mpisph.case.problems import Origins, integer_problems
-from mpisph.inputs.toml_file import read_toml
 from mpisph.core.errors import CaseError, Problem
 from mpisph.inputs.quantities import (
     Description,
@@ -24,6 +22,8 @@ from mpisph.inputs.quantities import (
     TimeOffset,
     Title,
 )
+from mpisph.inputs.toml_file import read_toml
+from mpisph.inputs.toml_lines import line_numbers
 
 MOST_CASES = 100_000
 """More cases than this are taken for a slip."""

@@ -17,15 +17,15 @@ from mpi4py import MPI
 from rich.console import Console
 
 from mpisph.case import Case
-from mpisph.parallel.collectives import from_root, on_root
-from mpisph.solver.compiled import warm_up
 from mpisph.core.errors import CollectiveError, MpisphError
-from mpisph.solver.estimate import estimate
 from mpisph.io.files import write_text
-from mpisph.run.guard import STOP_FILE, Guard, Wish
 from mpisph.io.lock import in_use
-from mpisph.run.run import run
 from mpisph.io.status import FINAL, StatusFile
+from mpisph.parallel.collectives import from_root, on_root
+from mpisph.run.session import run
+from mpisph.run.signals import STOP_FILE, Guard, Wish
+from mpisph.solver.estimate import estimate
+from mpisph.solver.warmup import warm_up
 from mpisph.study.counter import SharedCounters
 from mpisph.study.model import Study
 from mpisph.study.progress import (

@@ -8,13 +8,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from mpisph.analysis.clock_offset import fit_clock
+from mpisph.analysis.hole import measure_hole
 from mpisph.case import Case
 from mpisph.case.times import same_time
-from mpisph.analysis.clock import fit_clock
 from mpisph.core.errors import MpisphError
 from mpisph.io.files import write_text
 from mpisph.io.history import HISTORY_FILE, read_history
-from mpisph.analysis.hole import measure_hole
 from mpisph.io.result import RESULT_FILE, CloudRecord, Comparison, Result, read_result
 from mpisph.io.snapshot import read_series, read_snapshot
 from mpisph.study.model import Study, StudyCase

@@ -15,11 +15,11 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import Field, ValidationError, model_validator
 from rich.table import Table
 
-from mpisph.inputs.positions import line_numbers
 from mpisph.case.problems import Origins
-from mpisph.inputs.toml_file import read_toml
 from mpisph.core.errors import CaseError, MpisphError
 from mpisph.inputs.quantities import Description, FrozenModel, Identifier
+from mpisph.inputs.toml_file import read_toml
+from mpisph.inputs.toml_lines import line_numbers
 from mpisph.study.model import Study, Value, load_study, model_problems
 from mpisph.study.paper.ranges import agreement
 from mpisph.study.table import Row, collect

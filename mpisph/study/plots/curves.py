@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mpisph.case.times import same_time
-from mpisph.study.plots.study_lines import LinesBand, LinesFigure, LinesPanel, LinesRow
+from mpisph.study.model import FigureSpec, Study, Value
 from mpisph.study.plots.axes import (
     SYMBOLS,
     Axis,
@@ -22,7 +22,7 @@ from mpisph.study.plots.axes import (
     status_note,
     value_at,
 )
-from mpisph.study.model import FigureSpec, Study, Value
+from mpisph.study.plots.study_lines import LinesBand, LinesFigure, LinesPanel, LinesRow
 from mpisph.study.table import Row
 
 

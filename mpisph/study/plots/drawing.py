@@ -4,14 +4,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from mpisph.figures.convergence import draw_convergence
-from mpisph.study.plots.study_lines import draw_lines
-from mpisph.study.plots.study_map import draw_map
-from mpisph.study.plots.study_shots import draw_shots
+from mpisph.study.model import FigureSpec, Study
 from mpisph.study.plots.curves import lines_figure
 from mpisph.study.plots.levels import convergence_panels
 from mpisph.study.plots.maps import map_figure
-from mpisph.study.model import FigureSpec, Study
 from mpisph.study.plots.shots import shots_figure
+from mpisph.study.plots.study_lines import draw_lines
+from mpisph.study.plots.study_map import draw_map
+from mpisph.study.plots.study_shots import draw_shots
 from mpisph.study.store import study_folder
 from mpisph.study.table import Row
 

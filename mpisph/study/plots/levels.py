@@ -3,9 +3,10 @@
 import math
 from collections.abc import Sequence
 
-from mpisph.case.times import same_time
 from mpisph.analysis.convergence import converge
+from mpisph.case.times import same_time
 from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
+from mpisph.study.model import FigureSpec, Study, Value
 from mpisph.study.plots.axes import (
     SYMBOLS,
     Clock,
@@ -17,7 +18,6 @@ from mpisph.study.plots.axes import (
     time_text,
     value_at,
 )
-from mpisph.study.model import FigureSpec, Study, Value
 from mpisph.study.table import CLOCKS, Row, time_label
 
 

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mpisph.study.plots.study_map import MapBand, MapFigure, MapPanel
+from mpisph.study.model import FigureSpec, Study, Value
+from mpisph.study.paper.ranges import TOTALS, agreement
 from mpisph.study.plots.axes import (
     Axis,
     Clock,
@@ -17,8 +18,7 @@ from mpisph.study.plots.axes import (
     status_note,
     value_at,
 )
-from mpisph.study.model import FigureSpec, Study, Value
-from mpisph.study.paper.ranges import TOTALS, agreement
+from mpisph.study.plots.study_map import MapBand, MapFigure, MapPanel
 from mpisph.study.table import Row
 
 DEFAULT_LIMIT = 10.0

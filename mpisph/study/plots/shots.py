@@ -7,8 +7,8 @@ import numpy as np
 
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
-from mpisph.study.plots.study_shots import ShotsFigure, ShotsSeries
 from mpisph.core.particles import FloatArray
+from mpisph.study.model import FigureSpec, PaperValue, Study, Value
 from mpisph.study.plots.axes import (
     SYMBOLS,
     Clock,
@@ -21,7 +21,7 @@ from mpisph.study.plots.axes import (
     status_note,
     value_at,
 )
-from mpisph.study.model import FigureSpec, PaperValue, Study, Value
+from mpisph.study.plots.study_shots import ShotsFigure, ShotsSeries
 from mpisph.study.table import Row
 
 

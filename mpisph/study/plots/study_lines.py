@@ -11,9 +11,9 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from mpisph.study.plots.frame import MARKERS, finish, new_figure, set_titles
-from mpisph.figures.style import BODY_COLOURS, MEASURED, STYLE, WIDTH
 from mpisph.core.particles import FloatArray
+from mpisph.figures.style import BODY_COLOURS, MEASURED, STYLE, WIDTH
+from mpisph.study.plots.panels import MARKERS, finish, new_figure, set_titles
 
 _THIN: dict[str, Any] = {"linewidth": 0.9, "markersize": 4.0}
 _THICK: dict[str, Any] = {"linewidth": 2.0, "markersize": 4.5}

@@ -15,9 +15,9 @@ from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from mpisph.study.plots.frame import finish, new_figure, set_titles
-from mpisph.figures.style import STYLE
 from mpisph.core.particles import FloatArray
+from mpisph.figures.style import STYLE
+from mpisph.study.plots.panels import finish, new_figure, set_titles
 
 LEVELS = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)
 """Classes of a map's colours, as multiples of the limit."""

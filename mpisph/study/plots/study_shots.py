@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from mpisph.study.plots.frame import MARKERS, finish, new_figure
-from mpisph.figures.style import BODY_COLOURS, STYLE
 from mpisph.core.particles import FloatArray
+from mpisph.figures.style import BODY_COLOURS, STYLE
+from mpisph.study.plots.panels import MARKERS, finish, new_figure
 
 BAND_PERCENT = 5.0
 """Half width of the band around no error [%]."""

@@ -1,0 +1,142 @@
+"""When a run writes a checkpoint, and when it must stop."""
+
+import errno
+import time
+
+from mpisph.core.errors import CollectiveError
+from mpisph.io.checkpoint import PARTICLE_BYTES
+from mpisph.io.status import StatusFile
+from mpisph.run.recorder import Recorder
+from mpisph.run.signals import STOP_FILE, Guard, Wish, is_stop, reason
+from mpisph.solver.simulation import Simulation
+
+POLL = 0.25
+"""How often to look for the stop file [s]; on a cluster that asks a server."""
+
+REFRESH = 10.0
+"""How often to bring the status up to date [s]."""
+
+MARGIN = 2.0
+"""The wall-time limit is met with this many times the longest step and checkpoint."""
+
+SLOW_DISK = 1e8
+"""Speed assumed for the first checkpoint [bytes/s]."""
+
+LATENCY = 0.5
+"""Time assumed for the first checkpoint besides [s]."""
+
+FULL = {errno.ENOSPC, errno.EDQUOT}
+
+
+class StopRequested(Exception):  # noqa: N818  it is no error
+    """A run that has stopped between two steps, to be gone on with; says why."""
+
+
+class Keeper:
+    """Decides before each step whether to write a checkpoint or to stop.
+
+    Parameters
+    ----------
+    sim : Simulation
+    recorder : Recorder
+    status : StatusFile
+    guard : Guard
+    """
+
+    def __init__(
+        self, sim: Simulation, recorder: Recorder, status: StatusFile, guard: Guard
+    ) -> None:
+        self._recorder = recorder
+        self._status = status
+        self._guard = guard
+        self._first = sim.step
+        self._settings = sim.case.checkpoints
+        self._stop_file = recorder.folder / STOP_FILE
+        self._saved_at = time.monotonic()
+        self._saved_time = sim.time
+        self._polled_at = float("-inf")
+        self._refreshed_at = time.monotonic()
+        self._seen_at: float | None = None
+        self._longest_step = 0.0
+        size = sim.n_total * PARTICLE_BYTES
+        self._longest_checkpoint = LATENCY + size / SLOW_DISK
+        self._measured = False
+
+    def wish(self, sim: Simulation) -> int:
+        """Return what this rank asks for before the coming step.
+
+        Any rank may have had a signal; rank 0 alone looks at clock and folder.
+        """
+        if signal := self._guard.signal_wish():
+            return signal
+        if sim.comm.rank != 0:
+            return Wish.NOTHING
+        now = time.monotonic()
+        if self._seen_at is not None:
+            self._longest_step = max(self._longest_step, now - self._seen_at)
+        self._seen_at = now
+        if now - self._polled_at > POLL:
+            self._polled_at = now
+            if now - self._refreshed_at > REFRESH:
+                self._refreshed_at = now
+                self._status.refresh(sim.step, sim.time)
+            if self._stop_file.exists():
+                return Wish.STOP_FILE
+        margin = MARGIN * (self._longest_step + self._longest_checkpoint)
+        if self._guard.time_left() < margin:
+            return Wish.WALL_TIME
+        return Wish.CHECKPOINT if self._is_due(now, sim.time) else Wish.NOTHING
+
+    def _is_due(self, now: float, time: float) -> bool:
+        if now - self._saved_at >= self._settings.wall_interval:
+            return True
+        interval = self._settings.interval
+        return interval is not None and time // interval > self._saved_time // interval
+
+    def heed(self, sim: Simulation, wish: int) -> None:
+        """Write a checkpoint where the ranks wish for one; collective.
+
+        Parameters
+        ----------
+        sim : Simulation
+        wish : int
+            The largest wish of all ranks.
+
+        Raises
+        ------
+        StopRequested
+            On all ranks, where the run is to stop.
+        OSError
+            On all ranks, if the checkpoint cannot be written. For want of room a run
+            that need not stop goes on, and tries again after the interval.
+        """
+        if wish == Wish.NOTHING:
+            return
+        # Before the first step there is nothing to save: the run is as it was found.
+        if sim.step > self._first:
+            self._save(sim, must=is_stop(wish))
+        if is_stop(wish):
+            before = ", before any step" if sim.step == self._first else ""
+            raise StopRequested(f"{reason(wish)}{before}")
+
+    def _save(self, sim: Simulation, must: bool) -> None:
+        """Write a checkpoint; go on without it where the disk is full and it may be."""
+        self._seen_at = None  # the coming step is not to count the checkpoint
+        begin = time.monotonic()
+        try:
+            self._recorder.save_checkpoint(sim)
+        except CollectiveError as error:
+            if must or error.errno not in FULL:
+                raise
+            self._recorder.warn(f"no checkpoint at step {sim.step}: {error}")
+        else:
+            self._note_cost(time.monotonic() - begin)
+            if sim.comm.rank == 0:
+                self._status.refresh(sim.step, sim.time)
+        self._saved_at, self._saved_time = time.monotonic(), sim.time
+
+    def _note_cost(self, cost: float) -> None:
+        """Take the measured cost of a checkpoint instead of the assumed one."""
+        if not self._measured:
+            self._measured, self._longest_checkpoint = True, cost
+        self._longest_checkpoint = max(self._longest_checkpoint, cost)

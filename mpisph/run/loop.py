@@ -1,0 +1,115 @@
+"""The loop over the steps of a run, from one output time to the next."""
+
+from mpisph.core.errors import UnstableError
+from mpisph.diagnostics.stability import REASONS, STABLE
+from mpisph.parallel.decomposition import imbalance
+from mpisph.run.checkpointing import Keeper
+from mpisph.run.recorder import Recorder
+from mpisph.solver.reduction import Survey
+from mpisph.solver.simulation import Simulation, advance, rebalance, step_rule, survey
+from mpisph.sph.timestep import step_to
+
+URGENT = 0.1
+"""Imbalance that calls for a look at the load at once: in the first steps, when matter
+is set in motion fastest."""
+
+
+def step_to_end(sim: Simulation, recorder: Recorder, keeper: Keeper) -> None:
+    """Advance a simulation through all output times of its case that are to come.
+
+    Parameters
+    ----------
+    sim : Simulation
+    recorder : Recorder
+    keeper : Keeper
+
+    Raises
+    ------
+    UnstableError
+        On all ranks, at the step at which the run broke down.
+    StopRequested
+        On all ranks, before the step at which the run was stopped.
+    """
+    rule = step_rule(sim.case)
+    targets = [0.0, *sim.case.output_times][recorder.snapshots :]
+    while True:
+        found = survey(sim, wish=keeper.wish(sim))
+        keeper.heed(sim, found.wish)
+        recorder.note(sim, found)
+        check_stable(sim, found, recorder.errors.energy)
+        if sim.time >= targets[0]:
+            recorder.save(sim)
+            del targets[0]
+            if not targets:
+                return
+        allowed = rule.allowed(found.limit)
+        sim.first_dt = sim.first_dt or allowed
+        _check_step(sim, found, allowed)
+        dt = step_to(targets[0] - sim.time, allowed)
+        last = dt == targets[0] - sim.time
+        make_step(sim, found, dt)
+        if last:
+            sim.time = targets[0]
+
+
+def make_step(sim: Simulation, found: Survey, dt: float) -> None:
+    """Advance by a step, and now and then share the particles out anew.
+
+    Parameters
+    ----------
+    sim : Simulation
+    found : Survey
+        Taken before the step.
+    dt : float
+        Length of the step [s].
+    """
+    advance(sim, dt, found.claims)
+    urgent = imbalance(found.work) > URGENT
+    if urgent or sim.step % sim.case.parallel.rebalance_every == 0:
+        rebalance(sim, found.work)
+
+
+def check_stable(sim: Simulation, found: Survey, energy_error: float) -> None:
+    """Raise where a particle is out of bounds or the energy drifts.
+
+    Raises
+    ------
+    UnstableError
+        On all ranks.
+    """
+    if found.fault != STABLE:
+        name, text = REASONS[found.fault]
+        where = describe_particle(sim, found.fault_id)
+        raise UnstableError(
+            name, sim.step, sim.time, found.fault_id, f"{text}: {where}"
+        )
+    limit = sim.case.limits.energy_drift
+    if not abs(energy_error) <= limit:
+        text = f"the total energy changed by {energy_error:.3g}, the limit is {limit:g}"
+        raise UnstableError("energy_drift", sim.step, sim.time, None, text)
+
+
+def _check_step(sim: Simulation, found: Survey, dt: float) -> None:
+    """Raise where the step has collapsed."""
+    ratio = sim.case.limits.step_ratio_min
+    if dt < ratio * sim.first_dt:
+        where = describe_particle(sim, found.limited_by)
+        text = (
+            f"the step has fallen to {dt:.3g} s, below {ratio:g} of the first: {where}"
+        )
+        raise UnstableError("step_collapse", sim.step, sim.time, found.limited_by, text)
+
+
+def describe_particle(sim: Simulation, who: int) -> str:
+    """Return where a particle is and in what state, for people; collective."""
+    p = sim.particles
+    mine = None
+    for i in (p.id == who).nonzero()[0]:
+        body = sim.case.bodies[int(p.body[i])].name
+        mine = (
+            f"particle {who} of {body} at r = {p.r[i]:.4g} m, z = {p.z[i]:.4g} m, "
+            f"u = ({p.u_r[i]:.4g}, {p.u_z[i]:.4g}) m/s, rho = {p.rho[i]:.4g} kg/m3, "
+            f"E = {p.E[i]:.4g} J/kg, h = {p.h[i]:.4g} m"
+        )
+    found = [text for text in sim.comm.allgather(mine) if text is not None]
+    return found[0] if found else f"particle {who}"

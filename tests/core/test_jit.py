@@ -1,0 +1,185 @@
+"""Where compiled code is kept: no edit of any source may leave old code in use."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+import mpisph
+from mpisph.core import jit
+
+PACKAGE = Path(mpisph.__file__).parent
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A copy of what the digest is of."""
+    ignored = shutil.ignore_patterns("__pycache__", "*.toml")
+    shutil.copytree(PACKAGE, tmp_path / "mpisph", ignore=ignored)
+    return tmp_path / "mpisph"
+
+
+def digest_of(package, monkeypatch):
+    monkeypatch.setattr(jit, "__file__", str(package / "jit.py"))
+    return jit.source_digest()
+
+
+def test_the_digest_is_that_of_the_sources(package, monkeypatch):
+    unchanged = jit.source_digest()
+    assert digest_of(package, monkeypatch) == unchanged
+    assert len(unchanged) == 16
+    (package / "notes.txt").write_text("no source")
+    assert digest_of(package, monkeypatch) == unchanged
+
+
+@pytest.mark.parametrize("name", ["eos.py", "kernel.py", "jit.py", "case/model.py"])
+def test_the_digest_follows_every_source(package, monkeypatch, name):
+    before = digest_of(package, monkeypatch)
+    path = package / name
+    path.write_text(path.read_text() + "\n")
+    assert digest_of(package, monkeypatch) != before
+
+
+def test_the_digest_follows_the_compiler(monkeypatch):
+    before = jit.source_digest()
+    monkeypatch.setattr(numba, "__version__", "0.0.1")
+    assert jit.source_digest() != before
+
+
+def test_the_folder_is_named_by_the_digest_and_used(tmp_path, monkeypatch):
+    assert jit.source_digest() == jit.CACHE_FOLDER.name
+    used = numba.config.CACHE_DIR
+    try:
+        monkeypatch.setenv("MPISPH_CACHE_DIR", str(tmp_path))
+        assert jit.use_cache_folder() == tmp_path / jit.source_digest()
+        assert str(tmp_path / jit.source_digest()) == numba.config.CACHE_DIR
+        monkeypatch.delenv("MPISPH_CACHE_DIR")
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+        assert jit.use_cache_folder().parent == tmp_path / "xdg" / "mpisph"
+        monkeypatch.delenv("XDG_CACHE_HOME")
+        monkeypatch.setenv("HOME", str(tmp_path))
+        assert jit.use_cache_folder().parent == tmp_path / ".cache" / "mpisph"
+    finally:
+        numba.config.CACHE_DIR = used
+
+
+def test_compiled_code_lands_in_the_folder(tmp_path):
+    """A process of its own: Numba reads the folder when a function is decorated."""
+    code = (
+        "from mpisph.physics.strength import equivalent_stress as f; f(1.0, 2.0, 3.0)"
+    )
+    subprocess.run(
+        [sys.executable, "-c", code],
+        check=True,
+        cwd=PACKAGE.parent,
+        env=os.environ | {"MPISPH_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"},
+    )
+    assert [path.name for path in tmp_path.iterdir()] == [jit.source_digest()]
+    assert list(tmp_path.rglob("strength.equivalent_stress*.nbi"))
+
+
+@pytest.mark.parametrize("options", [jit.INLINE, jit.EXACT])
+def test_options_keep_nan_and_infinity(options):
+    assert options["cache"]
+    assert options["error_model"] == "numpy"
+    flags = options.get("fastmath", set())
+    # True would be all flags, nnan and ninf among them.
+    assert isinstance(flags, set)
+    assert not flags & {"nnan", "ninf", "fast", "afn"}
+
+
+def test_only_the_pair_loop_may_reorder_sums():
+    assert "fastmath" not in jit.EXACT
+    assert "reassoc" in jit.INLINE["fastmath"]
+    assert jit.INLINE["forceinline"]
+
+
+UNWRITABLE = """
+from pathlib import Path
+from mpisph.core import jit
+assert jit.CACHE_FOLDER.is_dir()
+assert not str(jit.CACHE_FOLDER).startswith("/proc")
+print(jit.CACHE_FOLDER)
+"""
+
+
+def test_without_a_writable_folder_code_is_kept_for_the_process_alone():
+    """Numba itself would fall back to folders whose stamps miss most edits."""
+    done = subprocess.run(
+        [sys.executable, "-c", UNWRITABLE],
+        env={**os.environ, "MPISPH_CACHE_DIR": "/proc/nowhere"},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert not Path(done.stdout.strip()).exists()
+
+
+def test_only_the_folders_last_used_are_kept(tmp_path, monkeypatch):
+    for age in range(12):
+        folder = tmp_path / f"{age:016x}"
+        folder.mkdir()
+        os.utime(folder, (1e9 - age, 1e9 - age))
+    (tmp_path / "something-else").mkdir()
+    monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path / f"{11:016x}")
+    jit.prune_cache(keep=8)
+    kept = {path.name for path in tmp_path.iterdir()}
+    assert kept == {*(f"{age:016x}" for age in [*range(8), 11]), "something-else"}
+
+
+def test_the_stamp_follows_what_numba_looks_at(package, monkeypatch):
+    """Numba compiles again where a file is newer or elsewhere, whatever it says."""
+    monkeypatch.setattr(jit, "__file__", str(package / "jit.py"))
+    here = jit.source_stamp()
+    assert here == jit.source_stamp()
+    os.utime(package / "eos.py", (1e9, 1e9))
+    newer = jit.source_stamp()
+    assert newer != here
+    moved = package.with_name("moved")
+    package.rename(moved)
+    monkeypatch.setattr(jit, "__file__", str(moved / "jit.py"))
+    assert jit.source_stamp() not in (here, newer)
+
+
+def test_code_is_compiled_once_it_is_taken_down(tmp_path, monkeypatch):
+    monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path)
+    assert not jit.is_compiled()
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
+    jit.mark_compiled()
+    assert not jit.is_compiled(), "nothing was compiled"
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 0)
+    jit.mark_compiled()
+    assert jit.is_compiled()
+    monkeypatch.setattr(jit, "source_stamp", lambda: "of other files")
+    assert not jit.is_compiled()
+
+
+def test_clearing_removes_compiled_code_alone(tmp_path, monkeypatch):
+    for name in ("0" * 16, "f" * 16, "bench"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "file").write_bytes(b"12345")
+    monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path / ("f" * 16))
+    assert jit.cache_size() == 5
+    jit.clear_cache()
+    assert [path.name for path in tmp_path.iterdir()] == ["bench"]
+    assert jit.cache_size() == 0
+
+
+def test_scipy_is_left_out_and_can_still_be_imported():
+    code = """
+import sys
+import mpisph.core.jit
+assert "numba.np.arraymath" in sys.modules
+assert "scipy.linalg" not in sys.modules
+import scipy.linalg
+print(scipy.linalg.norm([3.0, 4.0]))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert float(done.stdout) == 5.0

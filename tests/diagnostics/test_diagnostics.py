@@ -1,0 +1,207 @@
+"""Totals and cloud measures against figures worked out by hand or by brute force."""
+
+import math
+
+import numpy as np
+import pytest
+from launch import CASES
+from mpi4py import MPI
+
+from mpisph.case import load_case
+from mpisph.case.sections import Exposure
+from mpisph.core.particles import Particles
+from mpisph.diagnostics.diagnostics import (
+    TOTALS,
+    CloudDefinition,
+    CloudMeasure,
+    cloud_definition,
+    cloud_size,
+    compare,
+    conservation_errors,
+    impact_velocity,
+    in_cloud,
+    local_extent,
+    measure_arrays,
+    measure_cloud,
+    rear_face,
+    totals,
+)
+
+SELF = MPI.COMM_SELF
+DEFINITION = CloudDefinition(rear=4e-3, min_velocity=600.0, quantile=0.9)
+
+
+def debris(n=400, seed=1):
+    """Debris, a lip that hardly moves axially, and ejecta before the plate."""
+    rng = np.random.default_rng(seed)
+    p = Particles.zeros(n)
+    p.id[:] = rng.permutation(n)
+    p.m[:] = rng.uniform(1e-9, 5e-9, n)
+    p.r[:] = rng.uniform(0, 15e-3, n)
+    p.z[:] = rng.uniform(-5e-3, 30e-3, n)
+    p.u_z[:] = rng.uniform(-2000, 6000, n)
+    p.u_r[:] = rng.uniform(0, 3000, n)
+    p.E[:] = rng.uniform(0, 1e7, n)
+    return p
+
+
+def brute_force(p, d):
+    """Measure with plain loops over Python numbers."""
+    cloud = [i for i in range(p.n) if p.z[i] > d.rear and p.u_z[i] > d.min_velocity]
+
+    def quantile(x):
+        pairs = sorted((x(i), p.m[i]) for i in cloud)
+        need = d.quantile * sum(m for _, m in pairs)
+        have = 0.0
+        for value, m in pairs:
+            have += m
+            if have >= need:
+                return value
+        return pairs[-1][0]
+
+    front = max(cloud, key=lambda i: p.z[i])
+    return CloudMeasure(
+        max(p.r[i] for i in cloud),
+        p.z[front] - d.rear,
+        quantile(lambda i: p.r[i]),
+        quantile(lambda i: p.z[i] - d.rear),
+        p.u_z[front],
+        math.fsum(p.m[i] for i in cloud),
+    )
+
+
+def test_totals_of_two_particles():
+    p = Particles.zeros(2)
+    p.m[:] = 2.0, 3.0
+    p.u_r[:] = 3.0, 0.0
+    p.u_z[:] = 4.0, -1.0
+    p.E[:] = 10.0, 20.0
+    rows = dict(zip(TOTALS, totals(p).tolist(), strict=True))
+    assert rows == {
+        "mass": [2.0, 3.0],
+        "momentum_z": [8.0, -3.0],
+        "kinetic_energy": [25.0, 1.5],
+        "internal_energy": [20.0, 60.0],
+    }
+
+
+def test_totals_of_no_particles():
+    assert totals(Particles.zeros(0)).shape == (len(TOTALS), 0)
+
+
+def test_conservation_errors_are_relative():
+    errors = conservation_errors([2.0, 8.0, 30.0, 10.0], [2.2, 7.2, 20.0, 24.0])
+    assert errors.mass == pytest.approx(0.1)
+    assert errors.momentum_z == pytest.approx(-0.1)
+    assert errors.energy == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("momentum", [0.0, 1e-16])
+def test_momentum_error_of_a_system_at_rest_has_a_scale(momentum):
+    errors = conservation_errors([2.0, momentum, 0.0, 9.0], [2.0, 0.06, 0.0, 9.0])
+    assert errors.momentum_z == pytest.approx(0.06 / 6.0)
+
+
+def test_nothing_conserves_itself():
+    assert conservation_errors([0.0] * 4, [0.0] * 4) == (0.0, 0.0, 0.0)
+
+
+def test_cloud_leaves_out_lip_and_ejecta():
+    z = np.array([5e-3, 5e-3, -1e-3, 4e-3])
+    u_z = np.array([700.0, 500.0, 900.0, 900.0])
+    assert in_cloud(z, u_z, DEFINITION).tolist() == [True, False, False, False]
+
+
+@pytest.mark.parametrize("quantile", [0.01, 0.5, 0.9, 0.99, 1.0])
+def test_measure_agrees_with_brute_force(quantile):
+    p = debris()
+    d = DEFINITION._replace(quantile=quantile)
+    got = measure_arrays(p.id, p.r, p.z, p.u_z, p.m, d)
+    assert got == pytest.approx(brute_force(p, d), rel=1e-14)
+
+
+def test_full_quantile_is_the_outermost_particle():
+    p = debris()
+    d = DEFINITION._replace(quantile=1.0)
+    got = measure_arrays(p.id, p.r, p.z, p.u_z, p.m, d)
+    assert (got.radius_robust, got.length_robust) == (got.radius, got.length)
+
+
+def test_one_stray_particle_moves_only_the_outermost_figure():
+    p = debris()
+    before = measure_arrays(p.id, p.r, p.z, p.u_z, p.m, DEFINITION)
+    stray = np.flatnonzero(p.r == before.radius)[0]
+    p.r[stray] *= 10
+    after = measure_arrays(p.id, p.r, p.z, p.u_z, p.m, DEFINITION)
+    assert after.radius == 10 * before.radius
+    assert after.radius_robust == before.radius_robust
+
+
+def test_order_of_particles_does_not_matter():
+    p = debris()
+    p.z[::3] = p.z[0] = 29e-3  # ties
+    rng = np.random.default_rng(2)
+    results = set()
+    for _ in range(5):
+        q = p.take(rng.permutation(p.n))
+        results.add(measure_arrays(q.id, q.r, q.z, q.u_z, q.m, DEFINITION))
+    assert len(results) == 1
+
+
+def test_local_extent_agrees_with_brute_force():
+    p = debris()
+    want = brute_force(p, DEFINITION)
+    assert local_extent(p, DEFINITION) == (want.radius, want.length)
+    assert local_extent(Particles.zeros(0), DEFINITION) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("rear", [1.0, math.inf])
+def test_no_cloud_measures_zero(rear):
+    p = debris()
+    d = DEFINITION._replace(rear=rear)
+    assert measure_cloud(SELF, p, d) == (0.0,) * 6
+    assert local_extent(p, d) == (0.0, 0.0)
+
+
+def test_compare_gives_signed_fractions_and_leaves_gaps():
+    measure = CloudMeasure(0.011, 0.018, 0.010, 0.017, 0.0, 0.0)
+    exposure = Exposure(time=6e-6, radius=0.010, length=0.020, source="s")
+    assert compare(measure, exposure) == pytest.approx((0.1, -0.1))
+    assert compare(measure, exposure, "robust") == pytest.approx((0.0, -0.15))
+    partial = Exposure(time=6e-6, length=0.020, source="s")
+    assert compare(measure, partial) == (None, pytest.approx(-0.1))
+    assert cloud_size(measure, "robust") == (0.010, 0.017)
+
+
+def test_definition_of_the_shot():
+    case = load_case(CASES / "piekutowski-4-1353.toml")
+    assert rear_face(case) == pytest.approx(4.039e-3)
+    assert impact_velocity(case) == 6680.0
+    assert cloud_definition(case) == pytest.approx((4.039e-3, 668.0, 0.99))
+
+
+def test_without_measurements_the_slowest_plate_is_the_target():
+    case = load_case(CASES / "plate-impact.toml")
+    assert rear_face(case) == pytest.approx(3e-3)
+    assert cloud_definition(case) == pytest.approx((3e-3, 300.0, 0.99))
+
+
+def test_without_a_plate_nothing_lies_behind_it():
+    case = load_case(CASES / "plate-impact.toml")
+    case = case.model_copy(update={"bodies": ()})
+    assert rear_face(case) == math.inf
+
+
+@pytest.mark.mpi(min_size=1)
+def test_measures_do_not_depend_on_the_number_of_ranks():
+    comm = MPI.COMM_WORLD
+    p = debris()
+    want = measure_arrays(p.id, p.r, p.z, p.u_z, p.m, DEFINITION)
+    for seed in range(3):
+        # Rank 0 owns none where there are others.
+        lowest = min(1, comm.size - 1)
+        owner = np.random.default_rng(seed).integers(lowest, comm.size, p.n)
+        mine = p.take(owner == comm.rank)
+        assert measure_cloud(comm, mine, DEFINITION) == want
+        extents = np.array(comm.allgather(local_extent(mine, DEFINITION)))
+        assert tuple(extents.max(axis=0)) == (want.radius, want.length)

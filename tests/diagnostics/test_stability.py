@@ -1,0 +1,91 @@
+"""Signs of an unstable run."""
+
+import numpy as np
+import pytest
+from oracles import ALUMINIUM, COPPER, cloud
+
+from mpisph.core.particles import VALUES, Particles
+from mpisph.diagnostics.stability import (
+    DENSITY,
+    ENERGY,
+    NON_FINITE,
+    REASONS,
+    SMOOTHING,
+    STABLE,
+    Bounds,
+    first_fault,
+)
+from mpisph.physics.response import material_table
+
+BOUNDS = Bounds(density_min=0.01, density_max=5.0, energy=1e8, h_min=1e-6, h_max=1e3)
+TABLE = material_table([ALUMINIUM, COPPER])
+
+
+def sound(n=40):
+    return cloud(n, 1, n_materials=2)
+
+
+def test_a_sound_state_has_no_fault():
+    assert first_fault(sound(), TABLE, BOUNDS) == (STABLE, -1)
+    assert first_fault(Particles.zeros(0), TABLE, BOUNDS) == (STABLE, -1)
+
+
+@pytest.mark.parametrize("name", VALUES)
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_field_that_is_not_finite(name, value):
+    p = sound()
+    getattr(p, name)[5] = value
+    assert first_fault(p, TABLE, BOUNDS) == (NON_FINITE, p.id[5])
+
+
+@pytest.mark.parametrize("h", [0.0, -1e-3])
+def test_a_smoothing_length_that_is_not_positive(h):
+    p = sound()
+    p.h[5] = h
+    assert first_fault(p, TABLE, BOUNDS) == (NON_FINITE, p.id[5])
+
+
+@pytest.mark.parametrize("material", [0, 1])
+def test_density_is_bounded_relative_to_the_own_material(material):
+    rho0 = [ALUMINIUM.rho0, COPPER.rho0][material]
+    for eta, fault in ((0.0099, DENSITY), (0.0101, STABLE), (4.99, STABLE)):
+        p = sound()
+        p.material[7] = material
+        p.rho[7] = eta * rho0
+        assert first_fault(p, TABLE, BOUNDS)[0] == fault
+    for rho in (5.01 * rho0, -rho0, 0.0):
+        p.rho[7] = rho
+        assert first_fault(p, TABLE, BOUNDS) == (DENSITY, p.id[7])
+
+
+@pytest.mark.parametrize("E", [1.01e8, -1.01e8])
+def test_energy_is_bounded_on_both_sides(E):
+    p = sound()
+    p.E[7] = E
+    assert first_fault(p, TABLE, BOUNDS) == (ENERGY, p.id[7])
+    p.E[7] = 0.98 * E
+    assert first_fault(p, TABLE, BOUNDS) == (STABLE, -1)
+
+
+@pytest.mark.parametrize("h", [0.9e-6, 1.1e3])
+def test_smoothing_length_is_bounded_on_both_sides(h):
+    p = sound()
+    p.h[7] = h
+    assert first_fault(p, TABLE, BOUNDS) == (SMOOTHING, p.id[7])
+    p.h[7] = {0.9e-6: 1.1e-6, 1.1e3: 0.9e3}[h]
+    assert first_fault(p, TABLE, BOUNDS) == (STABLE, -1)
+
+
+def test_the_faulty_particle_of_smallest_id_is_named_in_any_order():
+    p = sound()
+    by_id = np.argsort(p.id)
+    p.E[by_id[9]] = 1e9
+    p.rho[by_id[4]] = -1.0
+    p.u_r[by_id[20]] = np.nan
+    for seed in range(5):
+        shuffled = p.take(np.random.default_rng(seed).permutation(p.n))
+        assert first_fault(shuffled, TABLE, BOUNDS) == (DENSITY, 4)
+
+
+def test_every_fault_has_a_reason():
+    assert set(REASONS) == {NON_FINITE, DENSITY, ENERGY, SMOOTHING}

@@ -1,0 +1,257 @@
+"""Figures: what a reader would look for in them, read back from the axes and pixels."""
+
+import matplotlib.image
+import numpy as np
+import pytest
+from launch import CASES
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from mpi4py import MPI
+
+from mpisph.case import load_case
+from mpisph.core.particles import Particles
+from mpisph.diagnostics.diagnostics import CloudMeasure
+from mpisph.figures.cloud import draw_cloud, draw_run, exposure_at
+from mpisph.figures.style import BODY_COLOURS
+from mpisph.io.snapshot import write_snapshot
+
+TIME = 6e-6
+OFFSET_TIME = 7.05e-6
+
+
+@pytest.fixture(scope="module")
+def case():
+    """Shot 4-1353: 15.3 and 31.7 mm at 6 us; rear face at 4.039 mm."""
+    return load_case(CASES / "piekutowski-4-1353.toml")
+
+
+def cloud_particles(strays=0):
+    """A hemispherical shell of debris behind a plate with a hole."""
+    angle = np.linspace(0.01, np.pi / 2 - 0.01, 200)
+    r, z = np.meshgrid(np.arange(12e-3, 40e-3, 0.5e-3), np.arange(0.2e-3, 4e-3, 5e-4))
+    n = angle.size + r.size
+    p = Particles.zeros(n)
+    p.id[:] = np.arange(n)
+    p.body[angle.size :] = 1
+    p.m[:] = 1e-9
+    p.r[:] = np.concatenate([14e-3 * np.sin(angle), r.ravel()])
+    p.z[:] = np.concatenate([5e-3 + 26e-3 * np.cos(angle), z.ravel()])
+    p.u_z[: angle.size] = 4000.0
+    p.z[:strays] = 0.5
+    return p
+
+
+def write(folder, case, time=TIME, index=0, strays=0):
+    p = cloud_particles(strays)
+    return write_snapshot(
+        MPI.COMM_SELF,
+        folder,
+        index,
+        p,
+        time=time,
+        step=1,
+        metadata={"case": case.to_toml()},
+        n_total=p.n,
+    )
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Keep the figures that are saved."""
+    figures = []
+    save = Figure.savefig
+
+    def keep(figure, *arguments, **options):
+        figures.append(figure)
+        save(figure, *arguments, **options)
+
+    monkeypatch.setattr(Figure, "savefig", keep)
+    return figures
+
+
+def draw(tmp_path, case, drawn, **options):
+    path = write(
+        tmp_path, case, **{k: options.pop(k) for k in {"strays", "time"} & set(options)}
+    )
+    draw_cloud(path, case, tmp_path / "new" / "cloud.png", **options)
+    (axes,) = drawn[-1].axes
+    return axes
+
+
+def texts(axes):
+    legend = axes.figure.legends[0].get_texts()
+    found = [*axes.texts, *legend]
+    return [axes.get_title(loc="left"), *(text.get_text() for text in found)]
+
+
+def vertical_lines(axes):
+    """Axial positions [mm] of the lines right across the axes."""
+    lines = [x.get_xdata() for x in axes.lines if x.get_transform() != axes.transData]
+    return sorted({round(float(x[0]), 6) for x in lines if len(x) and x[0] == x[-1]})
+
+
+def test_both_directions_have_one_scale(tmp_path, case, drawn):
+    axes = draw(tmp_path, case, drawn)
+    box = axes.bbox
+    (z_low, z_high), (r_low, r_high) = axes.get_xlim(), axes.get_ylim()
+    scale = box.width / (z_high - z_low)
+    assert box.height / (r_high - r_low) == pytest.approx(scale, rel=1e-9)
+    assert r_low == -r_high
+
+
+def test_particles_are_mirrored_and_coloured_by_body(tmp_path, case, drawn):
+    axes = draw(tmp_path, case, drawn)
+    p = cloud_particles()
+    dots = [x for x in axes.lines if x.get_marker() == "o" and len(x.get_xdata())]
+    for body, line in enumerate(dots):
+        assert line.get_color() == BODY_COLOURS[body]
+        r = np.asarray(line.get_ydata())
+        np.testing.assert_array_equal(np.sort(r), np.sort(-r))
+    sphere = np.asarray(dots[0].get_xdata())
+    assert sphere.size == 2 * np.count_nonzero(p.body == 0)
+    assert sphere.max() == pytest.approx(1e3 * p.z[p.body == 0].max())
+    assert any("sphere (200" in text for text in texts(axes))
+
+
+def test_dots_have_the_size_of_the_spacing(tmp_path, case, drawn):
+    axes = draw(tmp_path, case, drawn)
+    dots = next(x for x in axes.lines if x.get_marker() == "o" and len(x.get_xdata()))
+    z_low, z_high = axes.get_xlim()
+    mm = axes.bbox.width / axes.figure.dpi * 72 / (z_high - z_low)
+    assert dots.get_markersize() == pytest.approx(case.spacing * 1e3 * mm, rel=1e-6)
+
+
+def test_measured_and_computed_sizes_stand_at_their_places(tmp_path, case, drawn):
+    measure = CloudMeasure(14e-3, 27e-3, 13e-3, 26e-3, 4000.0, 1e-3)
+    exposure = case.measured.exposures[0]
+    axes = draw(tmp_path, case, drawn, measure=measure, exposure=exposure)
+    # Rear face, then both lengths counted from it.
+    assert vertical_lines(axes) == [4.039, 31.039, 35.739]
+    heights = {
+        round(float(abs(segment[0, 1])), 6)
+        for lines in axes.collections
+        for segment in lines.get_segments()
+    }
+    assert heights == {14.0, 15.3}
+    legend = [text for text in texts(axes) if "$ " in text and "mm" in text]
+    assert legend == [
+        "measured: $R_b$ 15.3 mm, $L_b$ 31.7 mm",
+        "computed, outermost: $R_b$ 14.0 mm (−8.5 %), $L_b$ 27.0 mm (−14.8 %)",
+        "computed, 99 % of the mass: $R_b$ 13.0 mm, $L_b$ 26.0 mm",
+    ]
+
+
+def test_without_an_exposure_nothing_is_drawn_in(tmp_path, case, drawn):
+    axes = draw(tmp_path, case, drawn)
+    assert vertical_lines(axes) == [4.039]
+    assert not axes.collections
+    assert not [text for text in texts(axes) if "measured" in text]
+
+
+def test_only_what_was_measured_is_drawn_in(tmp_path, case, drawn):
+    exposure = case.measured.exposures[0].model_copy(update={"radius": None})
+    axes = draw(tmp_path, case, drawn, exposure=exposure)
+    assert "measured: $L_b$ 31.7 mm" in texts(axes)
+    assert 35.739 in vertical_lines(axes)
+    assert len(axes.collections) == 1
+
+
+def test_the_measure_is_taken_from_the_snapshot(tmp_path, case, drawn):
+    exposure = case.measured.exposures[0]
+    p = cloud_particles()
+    axes = draw(tmp_path, case, drawn, exposure=exposure)
+    assert round(1e3 * p.z.max(), 6) in vertical_lines(axes)
+
+
+@pytest.mark.parametrize(
+    ("time", "words"),
+    [
+        (
+            TIME,
+            "t = 6.00 µs after first contact: the exposure at nominal 6 µs, no clock",
+        ),
+        (
+            OFFSET_TIME,
+            "t = 7.05 µs after first contact: "
+            "the exposure at nominal 6 µs + 1.05 µs clock offset",
+        ),
+    ],
+)
+def test_the_title_says_how_the_clock_was_read(tmp_path, case, drawn, time, words):
+    exposure = case.measured.exposures[0]
+    axes = draw(tmp_path, case, drawn, time=time, exposure=exposure)
+    title = axes.get_title(loc="left")
+    assert title.startswith(case.title)
+    assert words in title
+
+
+def test_strays_are_left_out_and_counted(tmp_path, case, drawn):
+    wide = draw(tmp_path, case, drawn).get_xlim()
+    axes = draw(tmp_path, case, drawn, strays=1)
+    assert axes.get_xlim() == pytest.approx(wide, abs=1.0)
+    assert any("outside this view: 1 particles of the cloud" in t for t in texts(axes))
+
+
+def test_text_stays_within_the_figure(tmp_path, case, drawn):
+    measure = CloudMeasure(0.3, 0.196, 13e-3, 26e-3, 4000.0, 1e-3)
+    exposure = case.measured.exposures[0]
+    axes = draw(tmp_path, case, drawn, measure=measure, exposure=exposure)
+    figure = axes.figure
+    width, height = figure.bbox.width, figure.bbox.height
+    for text in [*figure.legends[0].get_texts(), axes.xaxis.label, axes.title]:
+        box = text.get_window_extent()
+        assert box.x0 >= 0
+        assert box.y0 >= 0
+        assert box.x1 <= width, text.get_text()
+        assert box.y1 <= height
+
+
+def test_the_picture_shows_both_bodies(tmp_path, case, drawn):
+    draw(tmp_path, case, drawn)
+    pixels = matplotlib.image.imread(tmp_path / "new" / "cloud.png")[:, :, :3]
+    assert pixels.shape[1] >= 1200
+    for colour in BODY_COLOURS[:2]:
+        near = np.abs(pixels - to_rgb(colour)).max(axis=2) < 0.02
+        assert near.sum() > 1000
+
+
+def test_exposures_are_found_at_both_times(case):
+    first, second = case.measured.exposures
+    assert exposure_at(case, 6e-6) is first
+    assert exposure_at(case, 6e-6 + 1.05e-6) is first
+    assert exposure_at(case, 20.05e-6) is second
+    assert exposure_at(case, 7e-6) is None
+    assert exposure_at(load_case(CASES / "plate-impact.toml"), 6e-6) is None
+
+
+def test_a_run_is_drawn_with_lines_at_exposures_only(tmp_path, case, drawn):
+    for index, time in enumerate([3e-6, TIME, OFFSET_TIME]):
+        write(tmp_path, case, time, index)
+    paths = draw_run(tmp_path)
+    names = ["cloud_03.00us.png", "cloud_06.00us.png", "cloud_07.05us.png"]
+    assert [path.name for path in paths] == names
+    assert all(path.parent == tmp_path / "figures" for path in paths)
+    assert [bool(figure.axes[0].collections) for figure in drawn] == [False, True, True]
+
+
+def test_times_near_each_other_get_names_of_their_own(tmp_path, case, drawn):
+    for index, time in enumerate([3.001e-6, 3.002e-6]):
+        write(tmp_path, case, time, index)
+    names = [path.name for path in draw_run(tmp_path)]
+    assert names == ["cloud_03.001us.png", "cloud_03.002us.png"]
+
+
+def test_a_case_without_a_plate_or_a_cloud(tmp_path, drawn):
+    text = (CASES / "plate-impact.toml").read_text().replace('plate"', 'cylinder"')
+    text = text.replace("thickness", "length")
+    path = tmp_path / "rods.toml"
+    path.write_text(text)
+    case = load_case(path)
+    axes = draw(tmp_path, case, drawn)
+    assert vertical_lines(axes) == []
+
+
+@pytest.mark.parametrize("title", ["$\\frac{", "a $ or $5", "\\alpha & #1 % _x ^2"])
+def test_a_title_is_drawn_as_it_stands(tmp_path, case, drawn, title):
+    axes = draw(tmp_path, case.model_copy(update={"title": title}), drawn)
+    assert axes.get_title(loc="left").splitlines()[0] == title

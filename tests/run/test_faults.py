@@ -1,0 +1,480 @@
+"""Runs that are killed, stopped or short of room: nothing is lost."""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from launch import CASES, MPISPH, PATIENCE, environment, launch
+from run_folders import assert_same, outcome, slow_steps, status
+
+from mpisph.io.checkpoint import find_checkpoints
+from mpisph.io.snapshot import read_series, read_snapshot
+
+SHOT = CASES / "piekutowski-4-1353.toml"
+
+# Much output for few steps, so that a kill at random often meets a file being written.
+SETTINGS = (
+    "resolution.npr=5",
+    "time.end=3us",
+    "output.every=0.1us",
+    "output.figures=false",
+    "checkpoints.interval=0.03us",
+)
+OPTIONS = [word for text in SETTINGS for word in ("--set", text)]
+RUN = ("run", SHOT, *OPTIONS, "-o")
+
+
+@pytest.fixture(scope="session")
+def uninterrupted(tmp_path_factory):
+    """The folder of the run that nothing has interrupted."""
+    folder = tmp_path_factory.mktemp("runs") / "uninterrupted"
+    done = launch(2, MPISPH, *RUN, folder)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+LAUNCHERS = []
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_running():
+    """End what a test that has failed leaves behind."""
+    yield
+    while LAUNCHERS:
+        launcher = LAUNCHERS.pop()
+        if launcher.poll() is None:
+            for pid in [*ranks_of(launcher).values(), launcher.pid]:
+                os.kill(pid, signal.SIGKILL)
+            launcher.communicate()
+
+
+def begin(ranks, *arguments, **more):
+    """Start mpisph under mpirun and return the process of mpirun."""
+    launcher = subprocess.Popen(
+        ["mpirun", "--quiet", "-n", str(ranks), MPISPH, *map(str, arguments)],
+        env=environment(**more),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    LAUNCHERS.append(launcher)
+    return launcher
+
+
+def ranks_of(launcher):
+    """The processes of the ranks below a launcher, by their rank."""
+    children = Path(f"/proc/{launcher.pid}/task/{launcher.pid}/children").read_text()
+    found = {}
+    for pid in map(int, children.split()):
+        try:
+            variables = Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
+        except OSError:
+            continue
+        for variable in variables:
+            if variable.startswith(b"OMPI_COMM_WORLD_RANK="):
+                found[int(variable.partition(b"=")[2])] = pid
+    return found
+
+
+def wait_until(condition, timeout=30.0):
+    """Wait for a condition and return how long that took."""
+    start = time.monotonic()
+    while not condition():
+        assert time.monotonic() - start < timeout, "waited in vain"
+        time.sleep(0.01)
+    return time.monotonic() - start
+
+
+def gone(pids):
+    return not any(Path(f"/proc/{pid}").exists() for pid in pids)
+
+
+def begin_and_wait(folder, ranks, *arguments, checkpoints=1, **more):
+    """Start a run, and return once it has written some checkpoints."""
+    launcher = begin(ranks, *arguments, **more)
+    wait_until(
+        lambda: (
+            len(find_checkpoints(folder)) >= checkpoints or launcher.poll() is not None
+        )
+    )
+    assert launcher.poll() is None, launcher.communicate()[1]
+    return launcher
+
+
+def test_killed_at_random_and_resumed_until_done(killed_run, tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    rng = random.Random(killed_run)
+    launcher = begin(2, *RUN, folder)
+    kills, writing = 0, 0
+    for _ in range(4):
+        time.sleep(0.7 + rng.uniform(0.0, 1.5))
+        pids = ranks_of(launcher)
+        if launcher.poll() is not None or not pids:
+            break  # it was faster
+        whole = killed_run % 2 == 0
+        doomed = launcher.pid if whole else rng.choice(list(pids.values()))
+        os.kill(doomed, signal.SIGKILL)
+        assert wait_until(lambda pids=pids: gone(pids.values())) < 5.0
+        launcher.communicate()
+        kills, writing = kills + 1, writing + len(list(folder.rglob("*.part")))
+        for path, _ in read_series(folder):
+            read_snapshot(path)
+        launcher = begin(rng.choice([1, 2, 3]), *RUN, folder)
+    out, err = launcher.communicate(timeout=60)
+    print(f"killed {kills} times, {writing} times while a file was written")
+    assert launcher.returncode == 0, err
+    assert "completed: " in out
+    assert_same(folder, uninterrupted)
+
+
+@pytest.mark.parametrize("stop", ["SIGTERM", "SIGUSR1", "SIGINT", "file"])
+def test_stopped_and_resumed(stop, tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, 2, *RUN, folder)
+    if stop == "file":
+        (folder / "stop").touch()
+    else:
+        # To a rank alone: all must agree. (Of mpirun itself, SIGTERM would end it.)
+        os.kill(ranks_of(launcher)[1], getattr(signal, stop))
+    _, err = launcher.communicate(timeout=30)
+    assert launcher.returncode == 75, err
+    assert f"`mpisph resume {folder}` goes on" in err
+    assert err.count("file stop") == err.count("is gone") == (stop == "file")
+    now = status(folder)
+    assert now["state"] == "stopped"
+    assert now["reason"] == ("file stop" if stop == "file" else f"signal {stop}")
+    assert find_checkpoints(folder)[0].stem == f"checkpoint_{now['step']:09d}"
+    if stop == "file":  # it keeps the run from going on
+        assert launch(2, MPISPH, "resume", folder).returncode == 75
+        assert status(folder)["step"] == now["step"]
+        (folder / "stop").unlink()
+    # The same command as at first goes on.
+    done = launch(1, MPISPH, *RUN, folder)
+    assert done.returncode == 0, done.stderr
+    assert "going on from checkpoint_" in done.stderr
+    assert_same(folder, uninterrupted)
+
+
+def test_stopped_by_the_wall_time_limit_and_resumed(tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    slow = {"PYTHONPATH": str(slow_steps(tmp_path))}
+    for limit in (4, 7, 12):
+        limited = (*RUN, folder, "--walltime", f"{limit}s")
+        begin = time.monotonic()
+        done = launch(2, MPISPH, *limited, **slow)
+        if "before any step" not in done.stderr:
+            break  # else a busy machine starts more slowly
+    assert done.returncode == 75, done.stderr
+    assert time.monotonic() - begin < limit + 1.5  # mpirun takes some time itself
+    assert status(folder)["reason"] == "wall-time limit"
+    done = launch(2, MPISPH, *RUN, folder)
+    assert done.returncode == 0, done.stderr
+    assert_same(folder, uninterrupted)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1])
+def test_a_signal_to_the_launcher_stops_the_run(number, tmp_path):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, 2, *RUN, folder, **{PATIENCE: "1"})
+    launcher.send_signal(number)
+    launcher.communicate(timeout=30)
+    # Open MPI's launcher, told to end, returns 1 whatever its ranks return.
+    assert launcher.returncode == (75 if number == signal.SIGUSR1 else 1)
+    assert status(folder)["state"] == "stopped"
+
+
+@pytest.mark.parametrize("ranks", [(1, 3), (4, 2)])
+def test_resumed_on_another_number_of_ranks(ranks, tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, ranks[0], *RUN, folder)
+    os.kill(ranks_of(launcher)[0], signal.SIGUSR1)
+    launcher.communicate(timeout=30)
+    assert launcher.returncode == 75
+    done = launch(ranks[1], MPISPH, "resume", folder)
+    assert done.returncode == 0, done.stderr
+    assert status(folder)["starts"] == 2
+    assert_same(folder, uninterrupted)
+
+
+def test_a_killed_rank_ends_all_with_one_message(tmp_path):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, 3, *RUN, folder, **{PATIENCE: "1"})
+    pids = ranks_of(launcher)
+    os.kill(pids[1], signal.SIGKILL)
+    assert wait_until(lambda: gone(pids.values())) < 5.0
+    _, err = launcher.communicate(timeout=5)
+    assert launcher.returncode not in (0, 2, 3, 75)
+    assert err.count("mpisph: ") == 1
+    assert f"mpisph: rank 1 of 3 has died (process {pids[1]} on" in err
+    assert "Traceback" not in err
+    now = status(folder)
+    assert now["state"] == "failed"
+    assert now["reason"].startswith("rank 1 of 3 has died")
+
+
+def test_a_damaged_checkpoint_is_left_for_the_one_before(tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, 2, *RUN, folder, checkpoints=2)
+    os.kill(ranks_of(launcher)[0], signal.SIGUSR1)
+    launcher.communicate(timeout=30)
+    last, before = find_checkpoints(folder)
+    content = bytearray(last.read_bytes())
+    content[len(content) // 2] ^= 1
+    last.write_bytes(content)
+    done = launch(2, MPISPH, "resume", folder)
+    assert done.returncode == 0, done.stderr
+    assert f"{last}: damaged" in done.stderr
+    assert f"going on from {before.name}" in done.stderr
+    assert_same(folder, uninterrupted)
+
+
+def test_without_a_sound_checkpoint_a_run_begins_again(tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, 2, *RUN, folder, checkpoints=2)
+    os.kill(ranks_of(launcher)[0], signal.SIGUSR1)
+    launcher.communicate(timeout=30)
+    for path in find_checkpoints(folder):
+        path.write_bytes(path.read_bytes()[:-1])
+    done = launch(2, MPISPH, "resume", folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count(": damaged") == 2
+    assert "starting from the beginning" in done.stderr
+    assert_same(folder, uninterrupted)
+
+
+def test_a_finished_run_is_not_repeated(tmp_path, uninterrupted):
+    before = {p: p.stat().st_mtime_ns for p in uninterrupted.rglob("*")}
+    for command in (RUN, ("resume",)):
+        done = launch(2, MPISPH, *command, uninterrupted)
+        assert done.returncode == 0
+        assert done.stderr.count("holds a run that is completed") == 1
+        assert "completed: " in done.stdout
+    lock = uninterrupted / ".lock"
+    after = {p: p.stat().st_mtime_ns for p in uninterrupted.rglob("*")}
+    assert {**after, lock: 0} == {**before, lock: 0}
+
+
+def test_force_starts_anew(tmp_path):
+    short = ("run", SHOT, *OPTIONS, "--set", "time.end=0.3us", "-o", tmp_path / "run")
+    assert launch(1, MPISPH, *short).returncode == 0
+    (tmp_path / "run/snapshots/snapshot_00077.vtkhdf").touch()
+    coarser = (*short, "--set", "resolution.npr=4")
+    done = launch(1, MPISPH, *coarser)
+    assert done.returncode == 2
+    assert "run of another case (resolution.npr: 5, now 4)" in done.stderr
+    done = launch(1, MPISPH, *coarser, "--force")
+    assert done.returncode == 0, done.stderr
+    assert status(tmp_path / "run")["starts"] == 1
+    assert len(list((tmp_path / "run/snapshots").iterdir())) == 4
+
+
+def test_the_second_run_in_a_folder_is_refused(tmp_path):
+    folder = tmp_path / "run"
+    first = begin_and_wait(folder, 2, *RUN, folder)
+    os.kill(ranks_of(first)[0], signal.SIGSTOP)  # it must not end meanwhile
+    try:
+        for command in (("resume", folder), (*RUN, folder, "--force")):
+            second = launch(1, MPISPH, *command)
+            assert second.returncode == 1
+            assert second.stderr.count("another run is at work here, process ") == 1
+    finally:
+        os.kill(ranks_of(first)[0], signal.SIGCONT)
+    first.communicate(timeout=60)
+    assert first.returncode == 0
+
+
+def test_a_folder_that_vanishes_is_an_error(tmp_path):
+    folder = tmp_path / "run"
+    launcher = begin_and_wait(folder, 2, *RUN, folder)
+    folder.rename(tmp_path / "elsewhere")
+    _, err = launcher.communicate(timeout=30)
+    assert launcher.returncode == 1
+    assert err.count("mpisph: ") == 1
+    assert "No such file or directory" in err
+    assert str(folder) in err
+    assert not folder.exists()
+    for path, _ in read_series(tmp_path / "elsewhere"):
+        read_snapshot(path)
+
+
+def test_too_short_a_wall_time_is_said(tmp_path):
+    folder = tmp_path / "run"
+    done = launch(1, MPISPH, *RUN, folder, "--walltime", "1s")
+    assert done.returncode == 75
+    assert "stopped (wall-time limit, before any step) at step 0" in done.stderr
+    assert status(folder)["state"] == "stopped"
+    assert not (folder / "checkpoints").exists()
+
+
+# mpisph with a rank that kills itself at a chosen moment: where a function is called
+# for the n-th time, before it does anything or after.
+KILLER = """
+import importlib, os, signal, sys
+from mpi4py import MPI
+
+module, name, calls, rank, when = sys.argv.pop(1).split(":")
+module = importlib.import_module(module)
+called = 0
+original = getattr(module, name)
+
+def deadly(*arguments, **options):
+    global called
+    called += 1
+    due = called == int(calls) and MPI.COMM_WORLD.rank == int(rank)
+    if due and when == "before":
+        os.kill(os.getpid(), signal.SIGKILL)
+    result = original(*arguments, **options)
+    if due:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return result
+
+setattr(module, name, deadly)
+from mpisph.cli.main import main
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    "moment",
+    [
+        # The 40th column of a file: in the middle of one that all ranks write.
+        "mpisph.io.particle_file:_write_column:40:1:after",
+        "mpisph.io.particle_file:_write_column:400:0:before",
+        # Complete, but without its name; with its name, but not yet in the list.
+        "mpisph.io.particle_file:replace_file:9:0:before",
+        "mpisph.io.snapshot:_update_series:7:0:before",
+        # A checkpoint with a digest that is not in it yet; one too many of them.
+        "mpisph.io.checkpoint:_header:6:0:before",
+        "mpisph.io.checkpoint:_prune:5:0:before",
+        # In the middle of a step, and in that of the survey.
+        "mpisph.solver.simulation:kick:150:1:after",
+        "mpisph.solver.simulation:take_survey:90:1:before",
+        # At the very beginning and the very end.
+        "mpisph.run.session:write_text:1:0:before",
+        "mpisph.run.session:write_result:1:0:before",
+        "mpisph.run.session:remove_checkpoints:1:0:before",
+    ],
+)
+def test_killed_at_a_chosen_moment(moment, tmp_path, uninterrupted):
+    folder = tmp_path / "run"
+    done = launch(2, sys.executable, "-c", KILLER, moment, *RUN, folder)
+    assert done.returncode not in (0, 1, 2, 3, 75), done.stderr
+    for path, _ in read_series(folder):
+        read_snapshot(path)
+    done = launch(1, MPISPH, *RUN, folder)
+    assert done.returncode == 0, done.stderr
+    assert_same(folder, uninterrupted)
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 4 MB."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ("mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", disk)
+    if subprocess.run(mount, check=False, capture_output=True).returncode:
+        pytest.skip("mounting a file system takes root")
+    yield disk
+    subprocess.run(("umount", "--lazy", disk), check=True)
+
+
+def fill(disk, left):
+    """Fill a disk but for some bytes, and return the file that does."""
+    filler = disk / "filler"
+    size = shutil.disk_usage(disk).free - left
+    with filler.open("wb") as file:
+        os.posix_fallocate(file.fileno(), 0, size)
+    return filler
+
+
+@contextmanager
+def between_files(launcher, folder):
+    """Hold a run at a moment when it is writing no file."""
+    writer = ranks_of(launcher)[0]
+    while True:
+        os.kill(writer, signal.SIGSTOP)
+        time.sleep(0.05)
+        if not list(folder.rglob("*.part")):
+            break
+        os.kill(writer, signal.SIGCONT)
+        time.sleep(0.005)
+    try:
+        yield
+    finally:
+        os.kill(writer, signal.SIGCONT)
+
+
+@pytest.mark.parametrize("left", [0, 600_000])
+def test_a_full_disk_during_a_snapshot(left, small_disk, uninterrupted):
+    folder = small_disk / "run"
+    launcher = begin_and_wait(folder, 2, *RUN, folder)
+    with between_files(launcher, folder):
+        filler = fill(small_disk, left)
+    _, err = launcher.communicate(timeout=30)
+    assert launcher.returncode == 1
+    assert err.count("mpisph: ") == 1
+    assert "No space left on device" in err
+    assert str(folder) in err
+    if left:  # else the history or the log may be the first to find no room
+        assert "for a snapshot of" in err
+        assert status(folder)["state"] == "failed"
+        assert "No space left on device" in status(folder)["reason"]
+        assert f"`mpisph resume {folder}` goes on from a checkpoint" in err
+    for path, _ in read_series(folder):
+        read_snapshot(path)
+    filler.unlink()
+    done = launch(2, MPISPH, "resume", folder)
+    assert done.returncode == 0, done.stderr
+    assert_same(folder, uninterrupted)
+
+
+def test_a_full_disk_during_checkpoints_lets_the_run_go_on(small_disk):
+    folder = small_disk / "run"
+    late = (*OPTIONS, "--set", "output.every=3us", "-o", folder)
+    launcher = begin_and_wait(folder, 2, "run", SHOT, *late, checkpoints=2)
+    with between_files(launcher, folder):
+        filler = fill(small_disk, 600_000)
+    log = folder / "log.txt"
+    wait_until(lambda: "warning: no checkpoint at step" in log.read_text())
+    filler.unlink()
+    _, err = launcher.communicate(timeout=30)
+    assert launcher.returncode == 0, err
+    assert "No space left on device for a checkpoint of" in err
+
+
+def test_a_full_disk_at_the_stop_keeps_the_last_checkpoint(small_disk, uninterrupted):
+    folder = small_disk / "run"
+    late = (*OPTIONS, "--set", "checkpoints.interval=1us", "-o", folder)
+    launcher = begin_and_wait(folder, 2, "run", SHOT, *late)
+    with between_files(launcher, folder):
+        filler = fill(small_disk, 600_000)
+        os.kill(ranks_of(launcher)[1], signal.SIGUSR1)
+    _, err = launcher.communicate(timeout=30)
+    assert launcher.returncode == 1
+    assert "No space left on device for a" in err
+    assert status(folder)["state"] == "failed"
+    filler.unlink()
+    done = launch(2, MPISPH, "resume", folder)
+    assert done.returncode == 0, done.stderr
+    assert "going on from checkpoint_" in done.stderr
+    assert outcome(folder)["clouds"] == outcome(uninterrupted)["clouds"]
+
+
+def test_a_read_only_folder_is_an_error(small_disk, uninterrupted):
+    folder = small_disk / "run"
+    shutil.copytree(uninterrupted, folder)
+    again = ("mount", "-o", "remount,ro", small_disk)
+    subprocess.run(again, check=True)
+    done = launch(2, MPISPH, *RUN, folder, "--force")
+    assert done.returncode == 1
+    assert done.stderr.count("mpisph: ") == 1
+    assert "Read-only file system" in done.stderr
+    assert str(folder) in done.stderr
+    assert_same(folder, uninterrupted)

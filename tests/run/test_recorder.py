@@ -1,0 +1,115 @@
+"""The state of a run comes back from a checkpoint."""
+
+import numpy as np
+import pytest
+from launch import CASES
+from mpi4py import MPI
+from oracles import agree
+
+from mpisph.case import load_case
+from mpisph.core.errors import MpisphError
+from mpisph.io.checkpoint import read_checkpoint
+from mpisph.io.history import History
+from mpisph.parallel.collectives import gather_all
+from mpisph.run.loop import make_step
+from mpisph.run.progress import Progress, RunLog, open_console
+from mpisph.run.recorder import Recorder, RunState, restored
+from mpisph.solver.simulation import rebalance, start, step_rule, survey
+
+PROVENANCE = {"revision": "abc"}
+SETTINGS = ("resolution.npr=4", "output.history_every=3")
+
+
+def begin(comm, sim, folder, state=None):
+    progress = Progress(comm, sim.case.end_time, open_console(stderr=True))
+    kept = state.history_bytes if state else 0
+    history, log = History(folder, comm, kept), RunLog(folder, comm)
+    return Recorder(sim, folder, history, progress, log, PROVENANCE, state)
+
+
+def finish(recorder):
+    recorder.history.close()
+    recorder.log.close()
+
+
+def make_steps(sim, recorder, count):
+    rule = step_rule(sim.case)
+    for _ in range(count):
+        found = survey(sim)
+        recorder.note(sim, found)
+        allowed = rule.allowed(found.limit)
+        sim.first_dt = sim.first_dt or allowed
+        make_step(sim, found, allowed)
+        if sim.step % 10 == 5:
+            recorder.save(sim)
+
+
+def stored_run(comm, folder):
+    """A run of 23 steps, its checkpoint as it is read, and the state in that."""
+    case = load_case(CASES / "piekutowski-4-1353.toml", SETTINGS)
+    sim = start(case, comm)
+    recorder = begin(comm, sim, folder)
+    make_steps(sim, recorder, 23)
+    recorder.save_checkpoint(sim)
+    finish(recorder)
+    path = folder / "checkpoints" / "checkpoint_000000023.h5"
+    checkpoint = read_checkpoint(comm, path)
+    return sim, recorder, checkpoint, RunState.model_validate_json(checkpoint.state)
+
+
+def differing_parts(sim, back):
+    """The names of what differs between two simulations."""
+    names = ("time", "step", "dt", "first_dt", "n_total", "bounds", "scheme")
+    found = [n for n in names if getattr(back, n) != getattr(sim, n)]
+    if back.scales.energy != sim.scales.energy:
+        found.append("energy")
+    if not np.array_equal(back.scales.sums, sim.scales.sums):
+        found.append("sums")
+    was, now = gather_all(sim.comm, sim.particles), gather_all(sim.comm, back.particles)
+    if was is not None and was.pack().tobytes() != now.pack().tobytes():
+        found.append("particles")
+    return found
+
+
+@pytest.mark.mpi(min_size=1)
+def test_everything_comes_back(mpi_tmp_path):
+    comm = MPI.COMM_WORLD
+    sim, recorder, checkpoint, state = stored_run(comm, mpi_tmp_path)
+    back = restored(sim.case, comm, checkpoint, state)
+    again = begin(comm, back, mpi_tmp_path, state)
+    old, new = recorder._state(sim), again._state(back)
+    finish(again)
+    problems = differing_parts(sim, back)
+    problems += [
+        name
+        for name in RunState.model_fields
+        if name not in {"wall", "rank_seconds", "phases", "history_bytes"}
+        and getattr(old, name) != getattr(new, name)
+    ]
+    agree(comm, problems)
+    assert (old.snapshots, new.step, len(new.initial)) == (2, 23, 4)
+    assert state.wall <= new.wall < state.wall + 60.0
+    assert state.rank_seconds == pytest.approx(state.wall * comm.size)
+    assert new.rank_seconds == pytest.approx(new.wall * comm.size)
+    assert new.phases["pair loop"] >= state.phases["pair loop"] > 0.0
+
+
+@pytest.mark.mpi(min_size=1)
+def test_the_cut_of_a_restored_run_is_balanced(mpi_tmp_path):
+    comm = MPI.COMM_WORLD
+    sim, _, checkpoint, state = stored_run(comm, mpi_tmp_path)
+    back = restored(sim.case, comm, checkpoint, state)
+    work = survey(back).work
+    rebalance(back, work)
+    fewest = comm.allreduce(back.particles.n, MPI.MIN)
+    agree(comm, [] if fewest > 0 and work.max() < 2.0 * work.mean() else [work])
+
+
+@pytest.mark.parametrize("field", ["body", "material"])
+@pytest.mark.parametrize("value", [-1, 2])
+def test_labels_out_of_range_are_refused(field, value, tmp_path):
+    comm = MPI.COMM_SELF
+    sim, _, checkpoint, state = stored_run(comm, tmp_path)
+    getattr(checkpoint.particles, field)[7] = value
+    with pytest.raises(MpisphError, match="no case's"):
+        restored(sim.case, comm, checkpoint, state)

@@ -1,0 +1,108 @@
+"""The size of a run, estimated before it starts."""
+
+import subprocess
+import sys
+
+import pytest
+from launch import CASES, environment
+from mpi4py import MPI
+
+from mpisph.case import load_case
+from mpisph.case.discretise import discretise
+from mpisph.core.errors import CaseError
+from mpisph.run.session import run
+from mpisph.solver.estimate import RANK_BYTES, check_memory, estimate
+
+SHOT = CASES / "piekutowski-4-1353.toml"
+
+# VmHWM is of this program alone; ru_maxrss would count the process that started it.
+PEAK = """
+import re, sys
+from pathlib import Path
+from mpi4py import MPI
+from mpisph.case import load_case
+from mpisph.solver.simulation import advance, start, survey
+sim = start(load_case(sys.argv[1], ["resolution.npr=120"]), MPI.COMM_WORLD)
+advance(sim, 1e-10, survey(sim).claims)
+print(re.search(r"VmHWM:\\s*(\\d+) kB", Path("/proc/self/status").read_text())[1])
+"""
+
+
+def test_particles_are_counted():
+    case = load_case(SHOT)
+    assert estimate(case, 1).particles == pytest.approx(discretise(case).id.size, abs=2)
+
+
+def test_steps_are_foreseen_within_a_quarter(tmp_path):
+    for overrides in (("resolution.npr=5",), ("time.step=fixed", "time.dt=5 ns")):
+        settings = ("time.end=5us", "output.figures=false", *overrides)
+        case = load_case(SHOT, settings)
+        steps = run(case, MPI.COMM_SELF, tmp_path, force=True).step
+        assert estimate(case, 1).steps == pytest.approx(steps, rel=0.25)
+
+
+def test_memory_is_foreseen_within_a_quarter():
+    done = subprocess.run(
+        [sys.executable, "-c", PEAK, SHOT],
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    case = load_case(SHOT, ["resolution.npr=120"])
+    assert 1024 * int(done.stdout) == pytest.approx(estimate(case, 1).memory, rel=0.25)
+
+
+def test_every_rank_brings_its_own_libraries():
+    one, four = (estimate(load_case(SHOT), ranks) for ranks in (1, 4))
+    assert four.memory - one.memory == 3 * RANK_BYTES
+    assert "4 ranks" in four.text()
+    assert str(four.particles) in four.text()
+
+
+@pytest.mark.mpi(min_size=1)
+@pytest.mark.parametrize(
+    ("overrides", "key"),
+    [
+        (["resolution.npr=2000"], "resolution.npr"),
+        (["resolution.npr=", "resolution.spacing=2 um"], "resolution.spacing"),
+    ],
+)
+def test_a_case_beyond_the_memory_is_refused_on_all_ranks(monkeypatch, overrides, key):
+    """All ranks are on one node here; the last one may use less than the others."""
+    comm = MPI.COMM_WORLD
+    case = load_case(SHOT, overrides)
+    # 750 bytes for each particle, or 93 for each particle on every rank.
+    each = max(750, 93 * comm.size)
+    needed = comm.size * RANK_BYTES + estimate(case, 1).particles * each
+    enough, short = round(1.05 * needed), round(0.95 * needed)
+    monkeypatch.setattr("mpisph.solver.estimate.total_memory", lambda: enough)
+    check_memory(case, comm)
+    mine = short if comm.rank == comm.size - 1 else enough
+    monkeypatch.setattr("mpisph.solver.estimate.total_memory", lambda: mine)
+    with pytest.raises(CaseError) as caught:
+        check_memory(case, comm)
+    (problem,) = caught.value.problems
+    assert problem.key == key
+    assert f"on a node of {short / 2**30:.3g} GiB" in problem.expected
+    assert set(comm.allgather(str(caught.value))) == {str(caught.value)}
+
+
+@pytest.mark.mpi(min_size=2)
+def test_a_node_needs_memory_for_its_own_ranks_alone(monkeypatch):
+    comm = MPI.COMM_WORLD
+
+    class Alone(MPI.Intracomm):
+        """Every rank is alone on its node."""
+
+        def Split_type(self, kind):  # noqa: N802
+            assert kind == MPI.COMM_TYPE_SHARED
+            return self.Split(self.rank)
+
+    case = load_case(SHOT, ["resolution.npr=500"])
+    too_little = 0.9 * estimate(case, comm.size).memory
+    monkeypatch.setattr("mpisph.solver.estimate.total_memory", lambda: too_little)
+    check_memory(case, Alone(comm))
+    with pytest.raises(CaseError):
+        check_memory(case, comm)

@@ -1,0 +1,242 @@
+"""What all ranks agree on before a step."""
+
+import math
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from oracles import ALUMINIUM, COPPER, SCHEME, agree, bits, cloud
+
+from mpisph.core.particles import Particles
+from mpisph.diagnostics.diagnostics import CloudDefinition
+from mpisph.diagnostics.stability import DENSITY, ENERGY, NON_FINITE, STABLE, Bounds
+from mpisph.parallel.decomposition import PARTICLE_WORK
+from mpisph.parallel.halo import claim
+from mpisph.physics.response import material_table
+from mpisph.solver.reduction import take_survey
+from mpisph.sph.timestep import StepRule
+
+TABLE = material_table([ALUMINIUM, COPPER])
+BOUNDS = Bounds(density_min=0.01, density_max=5.0, energy=1e8, h_min=1e-6, h_max=1e3)
+CLOUD = CloudDefinition(rear=1e-3, min_velocity=500.0, quantile=0.99)
+AUTOMATIC = StepRule(fixed=False, longest=math.inf, courant=0.3)
+
+
+def everyone():
+    p = cloud(500, 1, n_materials=2)
+    rng = np.random.default_rng(2)
+    p.c[:] = rng.uniform(3e3, 9e3, p.n)
+    p.rates[:] = rng.uniform(-1.0, 1.0, p.rates.shape)
+    p.du_r[:] *= 1e11
+    p.du_z[:] *= 1e11
+    p.neighbours[:] = rng.integers(0, 100, p.n)
+    return p
+
+
+def terms(p):
+    """Mass, axial momentum, kinetic and internal energy of each particle."""
+    return np.array(
+        [p.m, p.m * p.u_z, 0.5 * p.m * (p.u_r * p.u_r + p.u_z * p.u_z), p.m * p.E]
+    )
+
+
+SUM_BOUNDS = 3.0 * np.abs(terms(everyone())).max(axis=1)
+
+
+def owner_of(comm, n, seed=3):
+    """Return who owns what; the first of several ranks has nothing."""
+    return np.random.default_rng(seed).integers(min(1, comm.size - 1), comm.size, n)
+
+
+def survey(comm, p, rule=AUTOMATIC):
+    return take_survey(comm, p, TABLE, SCHEME, rule, BOUNDS, SUM_BOUNDS, CLOUD)
+
+
+def flat(found):
+    return bits(np.concatenate([np.ravel(x).astype(float) for x in found]))
+
+
+def limits(p):
+    closing = np.where(p.div < 0, -p.div, 0)
+    speed = p.c + 0.6 * (SCHEME.alpha * p.c + SCHEME.beta * p.h * closing)
+    force = np.sqrt(p.h / np.hypot(p.du_r, p.du_z))
+    return np.minimum(np.minimum(p.h / speed, force), 1.0 / np.abs(p.div))
+
+
+@pytest.mark.mpi(min_size=1)
+def test_all_ranks_find_the_same():
+    comm = MPI.COMM_WORLD
+    p = everyone()
+    found = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
+    others = comm.allgather(flat(found))
+    agree(comm, [] if all(np.array_equal(others[0], x) for x in others) else [found])
+
+
+@pytest.mark.mpi(min_size=1)
+def test_the_largest_wish_of_a_rank_counts():
+    comm = MPI.COMM_WORLD
+    p = everyone().take(slice(0))
+    found = [
+        take_survey(
+            comm, p, TABLE, SCHEME, AUTOMATIC, BOUNDS, SUM_BOUNDS, CLOUD,
+            wish=wish if comm.rank == who else comm.rank,
+        ).wish
+        for who, wish in ((0, 115), (comm.size - 1, 103))
+    ]  # fmt: skip
+    agree(comm, [] if found == [115, 103] else found)
+
+
+@pytest.mark.mpi(min_size=1)
+def test_the_limit_is_the_smallest_of_all_and_names_its_particle():
+    comm = MPI.COMM_WORLD
+    p = everyone()
+    problems = []
+    for seed in range(5):
+        mine = p.take(owner_of(comm, p.n, seed) == comm.rank)
+        found = survey(comm, mine)
+        alone = survey(MPI.COMM_SELF, p)
+        if found.limit != alone.limit:
+            problems.append(f"limit {found.limit} here, {alone.limit} on one rank")
+        if not math.isclose(found.limit, limits(p).min(), rel_tol=1e-15):
+            problems.append(f"limit {found.limit}, meant {limits(p).min()}")
+        if found.limited_by != p.id[np.argmin(limits(p))]:
+            problems.append(f"limited by {found.limited_by}")
+    agree(comm, problems)
+
+
+@pytest.mark.mpi(min_size=1)
+def test_of_particles_with_the_same_limit_the_smallest_id_is_named():
+    """A lattice at rest has the same limit everywhere, in whatever order it stands."""
+    comm = MPI.COMM_WORLD
+    p = everyone()
+    p.h[:], p.c[:], p.div[:], p.du_r[:], p.du_z[:] = 2e-3, 5e3, 0.0, 0.0, 0.0
+    problems = []
+    for seed in range(4):
+        q = p.take(np.random.default_rng(seed).permutation(p.n))
+        mine = q.take(owner_of(comm, q.n, seed) == comm.rank)
+        found = survey(comm, mine)
+        if found.limited_by != 0:
+            problems.append(f"limited by {found.limited_by}")
+    agree(comm, problems)
+
+
+@pytest.mark.mpi(min_size=1)
+def test_sums_have_the_bits_of_the_exact_sum_on_any_ranks():
+    comm = MPI.COMM_WORLD
+    p = everyone()
+    want = np.array([math.fsum(row) for row in terms(p)])
+    problems = []
+    for seed in range(3):
+        mine = p.take(owner_of(comm, p.n, seed) == comm.rank)
+        got = survey(comm, mine).sums
+        if not np.array_equal(bits(got), bits(want)):
+            problems.append(f"{got - want}")
+    agree(comm, problems)
+
+
+@pytest.mark.mpi(min_size=1)
+def test_the_extent_is_that_of_the_whole_cloud_r12():
+    comm = MPI.COMM_WORLD
+    p = everyone()
+    cloud = (p.z > CLOUD.rear) & (p.u_z > CLOUD.min_velocity)
+    want = [p.r[cloud].max(), p.z[cloud].max() - CLOUD.rear]
+    found = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
+    problems = [] if found.extent.tolist() == want else [found.extent]
+    problems += [] if found.cloud_mass == math.fsum(p.m[cloud]) else [found.cloud_mass]
+    p.u_z[:] = 0.0
+    none = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
+    problems += [] if none.extent.tolist() == [0.0, 0.0] else [none.extent]
+    agree(comm, problems)
+
+
+RULES = {
+    # The step that the claims must cover, from a rank's own smallest limit.
+    "automatic": (AUTOMATIC, lambda own: 0.3 * own),
+    "capped": (
+        AUTOMATIC._replace(longest=1e-9),
+        lambda own: np.minimum(0.3 * own, 1e-9),
+    ),
+    "fixed": (StepRule(True, 5e-6, 0.3), lambda own: 5e-6),
+    "none": (StepRule(True, 0.0, 0.3), lambda own: 0.0),
+}
+
+
+@pytest.mark.mpi(min_size=1)
+@pytest.mark.parametrize("name", RULES)
+def test_claims_and_work_are_those_of_each_rank(name):
+    comm = MPI.COMM_WORLD
+    rule, step = RULES[name]
+    p = everyone()
+    owner = owner_of(comm, p.n)
+    problems = []
+    found = survey(comm, p.take(owner == comm.rank), rule)
+    for rank in range(comm.size):
+        theirs = p.take(owner == rank)
+        work = (theirs.neighbours + PARTICLE_WORK).sum()
+        want = claim(theirs, SCHEME.kappa, step(limits(theirs).min(initial=math.inf)))
+        close = np.allclose(found.claims[rank], want, rtol=1e-14, atol=0.0)
+        if found.work[rank] != work or not close:
+            problems.append(f"rank {rank}: {found.claims[rank]}, meant {want}")
+    agree(comm, problems)
+
+
+@pytest.mark.mpi(min_size=1)
+def test_faults_on_any_rank_are_seen_by_all_and_the_smallest_id_is_named():
+    comm = MPI.COMM_WORLD
+    problems = []
+    faults = [(41, "rho", -1.0, DENSITY), (300, "E", 1e9, ENERGY)]
+    faults += [(41, "u_r", np.nan, NON_FINITE)]
+    for first in faults:
+        p = everyone()
+        place = {int(number): k for k, number in enumerate(p.id)}
+        for number, name, value, _ in ((499, "E", 1e9, None), first):
+            getattr(p, name)[place[number]] = value
+        owner = owner_of(comm, p.n)
+        with np.errstate(invalid="ignore"):
+            found = survey(comm, p.take(owner == comm.rank))
+        if (found.fault, found.fault_id) != (first[3], first[0]):
+            problems.append(f"{found.fault} of {found.fault_id}, meant {first}")
+    sound = survey(comm, everyone())
+    if (sound.fault, sound.fault_id) != (STABLE, -1):
+        problems.append(f"{sound.fault} of {sound.fault_id} in a sound state")
+    agree(comm, problems)
+
+
+@pytest.mark.mpi(min_size=1)
+def test_a_sum_that_is_not_finite_or_beyond_its_bound_is_nan():
+    comm = MPI.COMM_WORLD
+    p = everyone()
+    p.E[p.id == 7] = np.nan
+    with np.errstate(invalid="ignore"):
+        found = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
+    problems = [] if np.isnan(found.sums).tolist() == [False] * 3 + [True] else [found]
+    p = everyone()
+    p.u_z[p.id == 7] = 1e9
+    found = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
+    if np.isnan(found.sums).tolist() != [False, True, True, False]:
+        problems.append(found.sums)
+    agree(comm, problems)
+
+
+@pytest.mark.mpi(min_size=1)
+def test_no_particles_anywhere():
+    found = survey(MPI.COMM_WORLD, Particles.zeros(0))
+    assert found.limit == math.inf
+    assert found.limited_by == -1
+    assert found.fault == STABLE
+    assert found.sums.tolist() == [0.0] * 4
+    assert found.work.tolist() == [0.0] * MPI.COMM_WORLD.size
+
+
+def test_the_survey_uses_one_collective():
+    class Counting:
+        rank, size = 0, 1
+        calls = 0
+
+        def Allgather(self, record, records):  # noqa: N802 (mpi4py's name)
+            Counting.calls += 1
+            MPI.COMM_SELF.Allgather(record, records)
+
+    found = survey(Counting(), everyone())
+    assert Counting.calls == 1
+    assert np.array_equal(flat(found), flat(survey(MPI.COMM_SELF, everyone())))

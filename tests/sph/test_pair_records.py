@@ -1,0 +1,51 @@
+"""Records: what the pair loop reads of a particle."""
+
+import numpy as np
+from oracles import ALUMINIUM, SCHEME, cloud, pressure_and_sound_speed
+
+from mpisph.physics.response import material_table
+from mpisph.sph.neighbours import make_lattice, sort_into_cells
+from mpisph.sph.pair_records import RING_FIELDS, Ring, ring_at, ring_records
+from mpisph.sph.sources import Sources, exchanged_fields, name_fields
+
+
+def test_ring_records_follow_the_fields_of_ring():
+    p = cloud(5, 33)
+    p.r[0] = 1e-9
+    cells = sort_into_cells(p.id, p.r, p.z, p.h, make_lattice(2e-3, 3.0))
+    s = name_fields(exchanged_fields(p, p.integrated, p.div))
+    records = np.empty((5, RING_FIELDS))
+    table = material_table([ALUMINIUM])
+    ring_records(s, cells.order, table, SCHEME, records)
+    ring = Ring(*records.T)
+    s = Sources(*(field[cells.order] for field in s))
+    P, c = np.array(
+        [
+            pressure_and_sound_speed(*state, ALUMINIUM, SCHEME)
+            for state in zip(s.rho.tolist(), s.E.tolist(), strict=True)
+        ]
+    ).T
+    assert len(ring) == RING_FIELDS
+    for name in ("r", "z", "u_r", "u_z", "E"):
+        np.testing.assert_array_equal(getattr(ring, name), getattr(s, name))
+    closing = np.where(s.div < 0, 2 * np.abs(s.div), 0)
+    expected = {
+        "half_h": 0.5 * s.h,
+        "half_rho": 0.5 * s.rho,
+        "m_F": -2.0 * s.m,
+        "root": s.r**-0.5,
+        "inv_rho": 1.0 / s.rho,
+        "half_alpha_c": 0.5 * 2.5 * c,
+        "zeta": 0.5 * s.h * c + 1.0 * s.h**2 * closing,
+        "s_rr": (P - s.S_rr) / s.rho**2,
+        "s_tr": (P - (-s.S_rr - s.S_zz) - (P - s.S_rr)) / s.rho**2,
+        "s_zz": (P - s.S_zz) / s.rho**2,
+        "s_rz": -s.S_rz / s.rho**2,
+    }
+    for name, want in expected.items():
+        got = getattr(ring, name)
+        scale = np.abs(want).max()
+        np.testing.assert_allclose(got, want, rtol=1e-14, atol=1e-14 * scale)
+    third = ring_at(records, 3)
+    assert third == tuple(records[3])
+    assert third.zeta == ring.zeta[3]

@@ -1,0 +1,152 @@
+"""Batch scripts of a study, under stand-ins for the schedulers."""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from launch import MPISPH
+from mpi4py import MPI
+from rich.console import Console
+from run_folders import slow_steps
+from scheduler import Pbs, Slurm
+from studies import ALPHA, small_study
+
+from mpisph.io.status import read_status
+from mpisph.study.model import load_study
+from mpisph.study.runner import run_study
+from mpisph.study.table import collect
+
+TEXT = small_study("0.4 us", nph=(1.5, 2.0, 2.5)) + ALPHA
+
+# In each start, time is up when two runs have ended.
+SHORT = """
+import os
+if "OMPI_COMM_WORLD_RANK" in os.environ:
+    import mpisph.study.runner as runner
+    from mpisph.run.signals import Guard
+    ended = []
+    run = runner._run_one
+    runner._run_one = lambda *args: ended.append(run(*args)) or ended[-1]
+    Guard.time_left = lambda guard: 1e6 if len(ended) < LIMIT else 0.0
+"""
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    path = tmp_path_factory.mktemp("study") / "small.toml"
+    path.write_text(TEXT)
+    return load_study(path)
+
+
+@pytest.fixture(scope="module")
+def reference(study, tmp_path_factory):
+    """The table of the study, run without a scheduler."""
+    root = tmp_path_factory.mktemp("reference")
+    run_study(study, MPI.COMM_SELF, root, Console(quiet=True))
+    return table(study, root)
+
+
+def table(study, root):
+    rows = collect(study, root)
+    return [{k: v for k, v in row.items() if k != "wall_s"} for row in rows]
+
+
+def written(study, work, system, *more):
+    """The script that the command writes in a folder."""
+    command = [MPISPH, "study", "script", study.path, f"--{system}", "--jobs", "2"]
+    done = subprocess.run(
+        [*map(str, command), "--ranks", "2", *more],
+        cwd=work,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    path = work / f"{system}.sh"
+    path.write_text(done.stdout)
+    return path
+
+
+@pytest.mark.parametrize("system", ["slurm", "pbs"])
+def test_the_script_is_sound_even_in_odd_places(study, tmp_path, system):
+    work = tmp_path / "it's odd"
+    work.mkdir()
+    path = written(study, work, system, "-o", "the runs", "--ranks-per-case", "2")
+    subprocess.run(["shellcheck", path], check=True)
+    text = path.read_text()
+    assert "--ranks-per-case 2 --part" in text
+    assert "-o 'the runs'" in text
+    assert re.search(r"--array=0-1$|qsub -J 0-1 ", text, re.M)
+
+
+def short_starts(folder, runs):
+    """A PYTHONPATH on which a rank has time for some runs in each start."""
+    (folder / "sitecustomize.py").write_text(SHORT.replace("LIMIT", str(runs)))
+    return str(folder)
+
+
+def test_slurms_warning_stops_a_start_in_time(study, reference, tmp_path):
+    slurm = Slurm(tmp_path / "slurm", PYTHONPATH=str(slow_steps(tmp_path)))
+    script = written(study, slurm.work, "slurm")
+    # Time is counted in runs that have ended: the warning comes after the third.
+    slurm.clock = lambda: ended(slurm.work / "runs")
+    jobs = slurm.submit(script, limit="183", signal="B:USR1@180")
+    assert [job.name for job in jobs] == ["7_0", "7_1"]
+    for job in jobs:
+        slurm.run(job)
+        job.options["limit"] = "inf"
+    assert jobs[0].restarts >= 1, jobs[0].text()
+    assert jobs[0].text().count("study: not done yet") == jobs[0].restarts
+    assert [job.code for job in jobs] == [0, 0]
+    assert table(study, slurm.work / "runs") == reference
+
+
+def ended(root):
+    statuses = [read_status(path) for path in Path(root).glob("cases/*")]
+    return sum(s is not None and s.state == "completed" for s in statuses)
+
+
+def test_a_cancelled_job_does_not_come_back(study, tmp_path):
+    slurm = Slurm(tmp_path / "slurm", PYTHONPATH=str(slow_steps(tmp_path)))
+    script = written(study, slurm.work, "slurm")
+    slurm.clock = lambda: ended(slurm.work / "runs")
+    job, _ = slurm.submit(script, limit="1", signal="none@0")
+    slurm.run(job)
+    assert job.timed_out
+    assert job.restarts == 0
+    assert "told to end; submitted again, the study goes on" in job.text()
+    assert 1 <= ended(slurm.work / "runs") < 6
+
+
+def test_the_stop_file_ends_the_chain(study, tmp_path):
+    slurm = Slurm(tmp_path / "slurm")
+    script = written(study, slurm.work, "slurm")
+    folder = slurm.work / "runs/studies/small"
+    folder.mkdir(parents=True)
+    (folder / "stop").touch()
+    job, _ = slurm.submit(script)
+    slurm.run(job)
+    assert (job.code, job.restarts) == (75, 0)
+    assert "stopped by the file 'stop'" in job.text()
+
+
+def test_a_start_that_makes_no_step_is_not_repeated(study, tmp_path):
+    slurm = Slurm(tmp_path / "slurm", PYTHONPATH=short_starts(tmp_path, 0))
+    script = written(study, slurm.work, "slurm")
+    job, _ = slurm.submit(script)
+    slurm.run(job)
+    assert (job.code, job.restarts) == (75, 0)
+    assert "this start has made no step" in job.text()
+
+
+def test_a_pbs_array_runs_the_study_in_several_starts(study, reference, tmp_path):
+    pbs = Pbs(tmp_path / "pbs", PYTHONPATH=short_starts(tmp_path, 2))
+    script = written(study, pbs.work, "pbs")
+    pbs.submit("-J", "0-1", script)
+    jobs = pbs.run()
+    assert len(jobs) >= 3
+    assert "study: not done yet" in jobs[0].text()
+    assert {job.code for job in jobs} == {0, 75}
+    assert jobs[-1].code == 0
+    assert table(study, pbs.work / "runs") == reference
