@@ -25,6 +25,33 @@ def pytest_generate_tests(metafunc):
         metafunc.parametrize("killed_run", range(count))
 
 
+@pytest.fixture
+def data():
+    """A sphere that touches a plate, as tomllib would read it."""
+    return {
+        "title": "test",
+        "bodies": [
+            {
+                "shape": "sphere",
+                "name": "ball",
+                "radius": "5 mm",
+                "position": "-5 mm",
+                "velocity": "6 km/s",
+                "material": "al-lee2003",
+            },
+            {
+                "shape": "plate",
+                "name": "wall",
+                "thickness": "2 mm",
+                "radius": "20 mm",
+                "material": "cu-ofhc",
+            },
+        ],
+        "resolution": {"npr": 10},
+        "time": {"end": "2 us"},
+    }
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_configure(config):
     if not config.getoption("--with-mpi"):

@@ -23,7 +23,7 @@ from mpisph.physics.eos import (
     MaterialConstants,
 )
 from mpisph.physics.response import material_table
-from mpisph.physics.scheme import Scheme
+from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC
 from mpisph.sph.neighbours import make_lattice, sort_into_cells
 from mpisph.sph.rates import update_rates
@@ -54,7 +54,7 @@ ALUMINIUM = MaterialConstants(
 )
 COPPER = ALUMINIUM._replace(rho0=8930.0, c0=3940.0, mu=46e9, Y=120e6, K=140e9)
 
-SCHEME = Scheme(
+SCHEME = SchemeConstants(
     alpha=2.5,
     beta=1.5,
     epsilon=0.001,

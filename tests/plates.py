@@ -4,7 +4,9 @@ import numpy as np
 from mpi4py import MPI
 
 from mpisph.case import case_from_dict
-from mpisph.solver.simulation import advance, start, step_rule, survey
+from mpisph.solver.setup import step_rule
+from mpisph.solver.start import start
+from mpisph.solver.step import advance, reduce_state
 from mpisph.sph.timestep import step_to
 
 
@@ -40,9 +42,9 @@ def states_at(case, times, comm=MPI.COMM_SELF):
     sim = start(case, comm)
     for time in times:
         while sim.time < time:
-            found = survey(sim)
+            found = reduce_state(sim)
             dt = step_to(time - sim.time, step_rule(case).allowed(found.limit))
-            advance(sim, dt, found.claims)
+            advance(sim, dt, found.rank_boxes)
         yield sim
 
 

@@ -47,9 +47,10 @@ def slow_steps(folder):
     (folder / "sitecustomize.py").write_text(
         "import os, time\n"
         "if 'OMPI_COMM_WORLD_RANK' in os.environ:\n"
-        "    from mpisph.run.checkpointing import Keeper\n"
-        "    wish = Keeper.wish\n"
-        "    Keeper.wish = lambda keeper, sim: time.sleep(0.025) or wish(keeper, sim)\n"
+        "    from mpisph.run.checkpointing import CheckpointPolicy\n"
+        "    ask = CheckpointPolicy.stop_request\n"
+        "    CheckpointPolicy.stop_request = (\n"
+        "        lambda policy, sim: time.sleep(0.025) or ask(policy, sim))\n"
     )
     return folder
 
@@ -62,10 +63,11 @@ def short_starts(folder, count):
     (folder / "sitecustomize.py").write_text(
         "import os\n"
         "if 'OMPI_COMM_WORLD_RANK' in os.environ:\n"
-        "    from mpisph.run.signals import Guard\n"
-        "    from mpisph.run.checkpointing import Keeper\n"
-        "    wish, made = Keeper.wish, []\n"
-        "    Keeper.wish = lambda keeper, sim: made.append(1) or wish(keeper, sim)\n"
-        f"    Guard.time_left = lambda guard: 0.0 if len(made) > {count} else 1e6\n"
+        "    from mpisph.run.signals import SignalHandler\n"
+        "    from mpisph.run.checkpointing import CheckpointPolicy\n"
+        "    ask, made = CheckpointPolicy.stop_request, []\n"
+        "    CheckpointPolicy.stop_request = (\n"
+        "        lambda policy, sim: made.append(1) or ask(policy, sim))\n"
+        f"    SignalHandler.time_left = lambda _: 0.0 if len(made) > {count} else 1e6\n"
     )
     return folder

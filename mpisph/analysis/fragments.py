@@ -17,9 +17,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from mpisph.analysis.ring_sections import sections
+from mpisph.analysis.ring_sections import ring_sections
 from mpisph.core.particles import FloatArray, IntArray
-from mpisph.diagnostics.diagnostics import CloudDefinition, in_cloud
+from mpisph.diagnostics.cloud import CloudDefinition, in_cloud
 
 CONTACT = 1.5
 """Particles nearer than this multiple of the mean of their sizes touch.
@@ -106,7 +106,7 @@ def find_fragments(
         Empty arrays where there is no cloud.
     """
     cloud = np.flatnonzero(in_cloud(arrays["z"], arrays["u_z"], definition))
-    size = (sections(arrays).side if sizes is None else sizes)[cloud]
+    size = (ring_sections(arrays).side if sizes is None else sizes)[cloud]
     places = np.column_stack([arrays["r"], arrays["z"]])[cloud]
     labels = _clusters(places, size, factor)
     k = int(labels.max(initial=-1)) + 1

@@ -25,10 +25,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mpisph.analysis.ring_sections import Sections, sections
+from mpisph.analysis.ring_sections import RingSections, ring_sections
 from mpisph.case import Case
 from mpisph.core.particles import FloatArray
-from mpisph.diagnostics.diagnostics import cloud_definition, target_plate
+from mpisph.diagnostics.cloud import cloud_definition, target_plate
 
 
 class Hole(NamedTuple):
@@ -83,7 +83,7 @@ def measure_hole(arrays: Mapping[str, npt.NDArray[Any]], case: Case) -> Hole:
         return Hole(math.nan, math.nan, case.spacing)
     slow = np.abs(arrays["u_z"]) <= cloud_definition(case).min_velocity
     own = slow & (arrays["body"] == case.bodies.index(plate))
-    ring = Sections(*(x[own] for x in sections(arrays)))
+    ring = RingSections(*(x[own] for x in ring_sections(arrays)))
     z = arrays["z"][own]
     top = np.minimum(z + 0.5 * ring.side, plate.rear_face)
     height = np.maximum(top - np.maximum(z - 0.5 * ring.side, plate.position), 0.0)
@@ -95,7 +95,7 @@ def measure_hole(arrays: Mapping[str, npt.NDArray[Any]], case: Case) -> Hole:
     return Hole(within, all_left, case.spacing)
 
 
-def _edge(ring: Sections, share: FloatArray, largest: float) -> float:
+def _edge(ring: RingSections, share: FloatArray, largest: float) -> float:
     """Return the radius that divides hole and plate best [m].
 
     With ``a(r)`` the share of the original mass per area that is left, at most 1, the
@@ -103,7 +103,7 @@ def _edge(ring: Sections, share: FloatArray, largest: float) -> float:
 
     Parameters
     ----------
-    ring : Sections, of n rings
+    ring : RingSections, of n rings
     share : ndarray, shape (n,)
         What each adds to ``a`` between its radii.
     largest : float

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
-from mpisph.analysis.ring_sections import Sections, sections
+from mpisph.analysis.ring_sections import RingSections, ring_sections
 from mpisph.core.particles import FloatArray
 
 ALUMINIUM_80_KEV = 0.02018
@@ -99,7 +99,7 @@ def areal_density(
         )
     z_edges = z_low + _multiples(pixel, z_high - z_low)
     y_half = _multiples(pixel, y_max)
-    ring, z = _widened(sections(arrays), arrays["r"], widen), arrays["z"]
+    ring, z = _widened(ring_sections(arrays), arrays["r"], widen), arrays["z"]
     volume = np.pi * (ring.outer**2 - ring.inner**2) * ring.side
     density = arrays["m"] / volume
     seen = (z + 0.5 * ring.side > z_edges[0]) & (z - 0.5 * ring.side < z_edges[-1])
@@ -107,7 +107,7 @@ def areal_density(
     half = np.zeros((len(z_edges) - 1, len(y_half) - 1))
     for start in range(0, len(shown), _CHUNK):
         part = shown[start : start + _CHUNK]
-        of_part = Sections(*(x[part] for x in ring))
+        of_part = RingSections(*(x[part] for x in ring))
         heights = _heights(z[part], of_part.side, z_edges)
         half += heights @ (_chord_areas(of_part, y_half) * density[part, None])
     half = half.T / pixel**2
@@ -118,10 +118,10 @@ def areal_density(
     )
 
 
-def _widened(ring: Sections, r: FloatArray, factor: float) -> Sections:
+def _widened(ring: RingSections, r: FloatArray, factor: float) -> RingSections:
     side = factor * ring.side
     inner = np.maximum(r - 0.5 * side, 0.0)
-    return Sections(inner, np.maximum(r, 0.5 * side) + 0.5 * side, side)
+    return RingSections(inner, np.maximum(r, 0.5 * side) + 0.5 * side, side)
 
 
 def _multiples(pixel: float, length: float) -> FloatArray:
@@ -152,7 +152,7 @@ def _heights(z: FloatArray, side: FloatArray, edges: FloatArray) -> csr_array:
     return csr_array((overlap, (row, particle)), shape=(last + 1, len(z)))
 
 
-def _chord_areas(ring: Sections, edges: FloatArray) -> FloatArray:
+def _chord_areas(ring: RingSections, edges: FloatArray) -> FloatArray:
     """Return the area of each ring, seen along the axis, between lines ``y = edge``.
 
     Returns

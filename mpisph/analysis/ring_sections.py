@@ -9,7 +9,7 @@ import numpy.typing as npt
 from mpisph.core.particles import FloatArray
 
 
-class Sections(NamedTuple):
+class RingSections(NamedTuple):
     """Square sections in the r-z plane, which turned about the axis hold the mass.
 
     Attributes
@@ -25,7 +25,7 @@ class Sections(NamedTuple):
     side: FloatArray
 
 
-def sections(arrays: Mapping[str, npt.NDArray[Any]]) -> Sections:
+def ring_sections(arrays: Mapping[str, npt.NDArray[Any]]) -> RingSections:
     """Return the sections of particles.
 
     The side is ``sqrt(m/(2 pi r rho))``. A ring nearer to the axis than half of its
@@ -41,11 +41,11 @@ def sections(arrays: Mapping[str, npt.NDArray[Any]]) -> Sections:
 
     Returns
     -------
-    Sections
+    RingSections
     """
     m, r, rho = arrays["m"], arrays["r"], arrays["rho"]
     with np.errstate(divide="ignore"):  # on the axis itself the disc holds
         square = np.sqrt(m / (2.0 * np.pi * r * rho))
     side = np.minimum(square, np.cbrt(m / (np.pi * rho)))
     inner = np.maximum(r - 0.5 * side, 0.0)
-    return Sections(inner, inner + side, side)
+    return RingSections(inner, inner + side, side)

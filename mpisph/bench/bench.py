@@ -22,7 +22,7 @@ from mpisph.bench.startup import measure_start_up
 from mpisph.case import Case, load_case
 from mpisph.io.provenance import cpu_model, git_revision, versions
 from mpisph.parallel.collectives import from_root
-from mpisph.solver.simulation import start
+from mpisph.solver.start import start
 from mpisph.solver.warmup import run_tiny_case, warm_up
 
 

@@ -1,4 +1,4 @@
-"""Timing the steady loop of a run: survey, step, rebalance."""
+"""Timing the steady loop of a run: reduction, step, rebalance."""
 
 import contextlib
 import gc
@@ -18,9 +18,11 @@ from mpisph.bench.scenes import Scene
 from mpisph.core.particles import FloatArray
 from mpisph.io.snapshot import write_snapshot
 from mpisph.parallel.collectives import caught, on_root, raise_together
-from mpisph.parallel.decomposition import imbalance
+from mpisph.parallel.load_balance import imbalance
 from mpisph.run.loop import make_step
-from mpisph.solver.simulation import Simulation, step_rule, survey
+from mpisph.solver.setup import step_rule
+from mpisph.solver.state import Simulation
+from mpisph.solver.step import reduce_state
 
 WARM_UP_STEPS = 5
 """Steps before the first that is timed: the impact begins, caches fill."""
@@ -37,21 +39,21 @@ class Counters(NamedTuple):
     Attributes
     ----------
     interactions : int
-    phases : dict of str to float
+    timers : dict of str to float
         [s].
     traffic : ndarray, shape (3,)
         Messages, bytes, ghosts.
     """
 
     interactions: int
-    phases: dict[str, float]
+    timers: dict[str, float]
     traffic: FloatArray
 
     @classmethod
     def of(cls, sim: Simulation) -> "Counters":
         """Return the counters as they stand; collective."""
         totals: dict[str, float] = {}
-        for seconds in sim.comm.allgather(sim.phases.seconds):
+        for seconds in sim.comm.allgather(sim.timers.seconds):
             for name, spent in seconds.items():
                 totals[name] = totals.get(name, 0.0) + spent
         sent = sim.halo.traffic
@@ -79,7 +81,7 @@ def make_steps(sim: Simulation, count: int) -> None:
     """Make steps as a run does between two snapshots."""
     rule = step_rule(sim.case)
     for _ in range(count):
-        found = survey(sim)
+        found = reduce_state(sim)
         make_step(sim, found, rule.allowed(found.limit))
 
 
@@ -91,12 +93,12 @@ def time_block(sim: Simulation, steps: int) -> Block:
     make_steps(sim, steps)
     wall = sim.comm.allreduce(time.perf_counter() - begin, MPI.MAX)
     after = Counters.of(sim)
-    phases = {
-        name: seconds - before.phases.get(name, 0.0)
-        for name, seconds in after.phases.items()
+    timers = {
+        name: seconds - before.timers.get(name, 0.0)
+        for name, seconds in after.timers.items()
     }
     interactions = after.interactions - before.interactions
-    return Block(wall, Counters(interactions, phases, after.traffic - before.traffic))
+    return Block(wall, Counters(interactions, timers, after.traffic - before.traffic))
 
 
 def measure(
@@ -139,7 +141,7 @@ def measure(
         interactions=sum(b.spent.interactions for b in blocks) / (steps * repeats),
         **_costs(blocks, comm.size, steps),
         traffic=_traffic(blocks, comm.size * steps * repeats),
-        imbalance=imbalance(survey(sim).work),
+        imbalance=imbalance(reduce_state(sim).work),
         snapshot_ms=1e3 * _time_snapshot(sim),
         memory=growth / sim.n_total if counted else None,
     )
@@ -150,7 +152,7 @@ def _costs(blocks: list[Block], ranks: int, steps: int) -> dict[str, Any]:
 
     def per_interaction(name: str) -> Spread:
         return Spread.of(
-            [1e9 * b.spent.phases.get(name, 0.0) / b.spent.interactions for b in blocks]
+            [1e9 * b.spent.timers.get(name, 0.0) / b.spent.interactions for b in blocks]
         )
 
     return {
@@ -158,7 +160,7 @@ def _costs(blocks: list[Block], ranks: int, steps: int) -> dict[str, Any]:
         "interaction_ns": Spread.of(
             [1e9 * b.wall * ranks / b.spent.interactions for b in blocks]
         ),
-        "phases": {name: per_interaction(name) for name in blocks[-1].spent.phases},
+        "timers": {name: per_interaction(name) for name in blocks[-1].spent.timers},
     }
 
 

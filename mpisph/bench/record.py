@@ -77,7 +77,7 @@ class Measurement(_Model):
     """Wall time of one step [ms]."""
     interaction_ns: Spread
     """Rank time of the whole step for each directed interaction [ns]."""
-    phases: dict[str, Spread]
+    timers: dict[str, Spread]
     """The same for each phase of the step [ns]."""
     traffic: Traffic
     """What a rank sends in a step."""

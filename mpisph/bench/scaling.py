@@ -17,8 +17,9 @@ from mpisph.case import Case
 from mpisph.case.discretise import discretise
 from mpisph.core.particles import FloatArray, IntArray
 from mpisph.parallel.cost_model import CutMode, choose_columns, take_census
-from mpisph.parallel.decomposition import Cut, equal_work_cut, owners, work_of
+from mpisph.parallel.decomposition import Cut, equal_work_cut, owners
 from mpisph.parallel.halo import NOTHING, boxes, hull, partners_of, reach, select
+from mpisph.parallel.load_balance import work_of
 from mpisph.sph.sources import EXCHANGED
 
 GHOST_BYTES = 8 * len(EXCHANGED)
@@ -101,7 +102,7 @@ class Scaling(NamedTuple):
     efficiency: float
 
 
-class Layout(NamedTuple):
+class ParticleLayout(NamedTuple):
     """Particles as far as their sharing out needs them; arrays of shape (n,).
 
     Attributes
@@ -109,7 +110,7 @@ class Layout(NamedTuple):
     r, z : ndarray
         Positions [m].
     reach : ndarray
-        How far each claims (see `halo.reach`) [m].
+        How far each reaches (see `halo.reach`) [m].
     neighbours : ndarray
         Number of neighbours, whole numbers; 0 for one at rest that is left out.
     """
@@ -120,7 +121,7 @@ class Layout(NamedTuple):
     neighbours: FloatArray
 
 
-def initial_layout(case: Case, neighbours: FloatArray | None = None) -> Layout:
+def initial_layout(case: Case, neighbours: FloatArray | None = None) -> ParticleLayout:
     """Return the particles of a case at the start.
 
     Parameters
@@ -135,15 +136,15 @@ def initial_layout(case: Case, neighbours: FloatArray | None = None) -> Layout:
     if neighbours is None:
         inside = round(math.pi * (kappa * case.smoothing_length / case.spacing) ** 2)
         neighbours = np.full(initial.id.size, float(inside))
-    return Layout(initial.r, initial.z, reach(initial.h, kappa), neighbours)
+    return ParticleLayout(initial.r, initial.z, reach(initial.h, kappa), neighbours)
 
 
-def count_parts(layout: Layout, cut: Cut) -> PartCounts:
+def count_parts(layout: ParticleLayout, cut: Cut) -> PartCounts:
     """Count what each part of a cut holds and receives, exactly.
 
     Parameters
     ----------
-    layout : Layout
+    layout : ParticleLayout
     cut : Cut
     """
     parts = cut.slabs * cut.columns
@@ -153,12 +154,12 @@ def count_parts(layout: Layout, cut: Cut) -> PartCounts:
     ends = np.concatenate([[0], np.cumsum(own)])
     all_boxes = boxes(layout.r, layout.z, layout.reach, layout.reach)[:, order]
     of_part = [np.ascontiguousarray(all_boxes[:, a:b]) for a, b in pairwise(ends)]
-    claims = np.array([hull(b) if b.size else NOTHING for b in of_part])
+    rank_boxes = np.array([hull(b) if b.size else NOTHING for b in of_part])
     ghosts = np.zeros(parts, np.int64)
     messages = np.zeros(parts, np.int64)
     for part in range(parts):
-        partners = partners_of(part, claims)
-        start, _ = select(of_part[part], claims[partners])
+        partners = partners_of(part, rank_boxes)
+        start, _ = select(of_part[part], rank_boxes[partners])
         ghosts[partners] += np.diff(start)
         messages[part] = partners.size
     pairs = np.bincount(owner, weights=layout.neighbours, minlength=parts)
@@ -180,13 +181,16 @@ def step_times(counts: PartCounts, costs: Costs) -> FloatArray:
 
 
 def predict_scaling(
-    layout: Layout, parts: int, mode: CutMode = "auto", costs: Costs | None = None
+    layout: ParticleLayout,
+    parts: int,
+    mode: CutMode = "auto",
+    costs: Costs | None = None,
 ) -> Scaling:
     """Return how a step scales to so many parts, with the cut that a run would make.
 
     Parameters
     ----------
-    layout : Layout
+    layout : ParticleLayout
     parts : int
     mode : {"auto", "z", "zr"}
     costs : Costs, optional
@@ -206,7 +210,9 @@ def predict_scaling(
 
 
 def scaling_table(
-    layout: Layout, parts: Sequence[int] = (16, 64, 256), costs: Costs | None = None
+    layout: ParticleLayout,
+    parts: Sequence[int] = (16, 64, 256),
+    costs: Costs | None = None,
 ) -> list[str]:
     """Return a table in Markdown, both cuts for each number of parts, by lines.
 
@@ -214,7 +220,7 @@ def scaling_table(
 
     Parameters
     ----------
-    layout : Layout
+    layout : ParticleLayout
     parts : sequence of int, optional
     costs : Costs, optional
     """

@@ -15,7 +15,10 @@ from mpisph.case.discretise import InitialParticles, discretise
 from mpisph.io.snapshot import SNAPSHOTS_FOLDER, read_snapshot, write_snapshot
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.run.loop import make_step
-from mpisph.solver.simulation import Simulation, start, start_from, step_rule, survey
+from mpisph.solver.setup import step_rule
+from mpisph.solver.start import start, start_from
+from mpisph.solver.state import Simulation
+from mpisph.solver.step import reduce_state
 from mpisph.sph.timestep import step_to
 
 BLOCK_SPACING = 1e-4
@@ -109,7 +112,7 @@ def keep_late_start(case: Case, comm: MPI.Intracomm, time: float, store: Path) -
     sim = start(case, comm)
     rule = step_rule(case)
     while sim.time < time:
-        found = survey(sim)
+        found = reduce_state(sim)
         make_step(sim, found, step_to(time - sim.time, rule.allowed(found.limit)))
     return write_snapshot(
         comm,

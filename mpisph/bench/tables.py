@@ -18,12 +18,12 @@ def tables(record: BenchRecord) -> list[Table]:
     Returns
     -------
     list of rich.table.Table
-        Whole steps, their phases, what else they take, and start-up, as far as they
+        Whole steps, their timers, what else they take, and start-up, as far as they
         were measured.
     """
     found = []
     if record.measurements:
-        parts = (_steps, _phases, _needs)
+        parts = (_steps, _timers, _needs)
         found += [make(record.measurements) for make in parts]
     if record.start_up is not None:
         found.append(_start_up(record))
@@ -41,7 +41,7 @@ def _scene_table(title: str, caption: str, heads: Sequence[str]) -> Table:
 
 def _steps(measurements: Sequence[Measurement]) -> Table:
     table = _scene_table(
-        "Whole steps: survey, step, balance",
+        "Whole steps: reduction, step, balance",
         "Median [smallest, largest]. Interactions are directed, and their time is that "
         "of all ranks together. Relative: to the time of a step on one rank with the "
         "same particles; of weak scaling, with as many particles a rank.",
@@ -66,11 +66,11 @@ def _relative_time(m: Measurement, measurements: Sequence[Measurement]) -> float
     return m.step_ms.median / one.step_ms.median
 
 
-def _phases(measurements: Sequence[Measurement]) -> Table:
-    names = list(dict.fromkeys(name for m in measurements for name in m.phases))
-    table = _scene_table("Phases, median ns an interaction", "", names)
+def _timers(measurements: Sequence[Measurement]) -> Table:
+    names = list(dict.fromkeys(name for m in measurements for name in m.timers))
+    table = _scene_table("Timers, median ns an interaction", "", names)
     for m in measurements:
-        spreads = [m.phases.get(name) for name in names]
+        spreads = [m.timers.get(name) for name in names]
         cells = ["-" if s is None else f"{s.median:.2f}" for s in spreads]
         table.add_row(_name(m), f"{m.ranks}", *cells)
     return table

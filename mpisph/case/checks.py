@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from mpisph.case.bodies import EquationOfState, Plate, SphericalShell, regions_overlap
-from mpisph.case.partial_case import Finding, Key, Parts, default_reference
+from mpisph.case.partial_case import Parts, default_reference
 from mpisph.case.size_checks import SIZE_RULES
 from mpisph.case.times import requested_times
+from mpisph.inputs.findings import Finding, Key
+from mpisph.inputs.spelling import nearest_quoted
 from mpisph.materials import card_names
-from mpisph.materials.library import nearest_quoted
 
 __all__ = ["find_problems"]
 

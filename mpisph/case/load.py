@@ -11,9 +11,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from mpisph.case.model import Case
-from mpisph.case.partial_case import Key
-from mpisph.case.problems import Origins, case_problems, integer_problems
+from mpisph.case.problems import case_problems
 from mpisph.core.errors import CaseError, Problem
+from mpisph.inputs.findings import Key, Origins, integer_problems
 from mpisph.inputs.overrides import apply_override
 from mpisph.inputs.toml_file import read_toml
 from mpisph.inputs.toml_lines import line_numbers

@@ -7,27 +7,8 @@ from typing import NamedTuple
 
 from mpisph.case.bodies import Body, Plate, Sphere, SphericalShell
 from mpisph.case.sections import Measured, Output, Resolution, Scheme, TimeStepping
+from mpisph.inputs.findings import Key
 from mpisph.materials import Material
-
-__all__ = [
-    "Finding",
-    "Key",
-    "Parts",
-    "default_plate",
-    "default_reference",
-    "find_spacing",
-    "spacing_key",
-]
-
-Key = tuple[str | int, ...]
-
-
-class Finding(NamedTuple):
-    """A broken rule: the key to blame, what was expected, and a guess."""
-
-    key: Key
-    expected: str
-    suggestion: str | None = None
 
 
 class Parts(NamedTuple):

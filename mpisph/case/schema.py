@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 from mpisph.case.model import Case
-from mpisph.case.partial_case import Key
+from mpisph.inputs.findings import Key
 
 __all__ = ["case_schema", "field_schema"]
 

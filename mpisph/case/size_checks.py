@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 from mpisph.case.bodies import Cylinder, Plate, extent
 from mpisph.case.counts import particle_count
-from mpisph.case.partial_case import Finding, Key, Parts, find_spacing, spacing_key
+from mpisph.case.partial_case import Parts, find_spacing, spacing_key
 from mpisph.case.times import exposure_times
+from mpisph.inputs.findings import Finding, Key
 
 __all__ = ["SIZE_RULES"]
 

@@ -29,13 +29,13 @@ from mpisph.cli.options import (
     walltime_option,
 )
 from mpisph.cli.study import study_group
+from mpisph.core.console import open_console
 from mpisph.core.errors import CaseError, CollectiveError, MpisphError
 from mpisph.core.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
 from mpisph.core.launcher import launch_of, mismatch
 from mpisph.inputs.quantities import si_value
 from mpisph.parallel.collectives import from_root, on_root
-from mpisph.run.progress import open_console
-from mpisph.run.signals import STOP_FILE, Guard
+from mpisph.run.signals import STOP_FILE, SignalHandler
 from mpisph.solver.estimate import estimate
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ cli.add_command(study_group)
 @click.option("--dry-run", is_flag=True, help="Check the case, print its size, stop.")
 @click.pass_obj
 def run_command(
-    guard: Guard,
+    signals: SignalHandler,
     case_files: tuple[Path, ...],
     output: Path | None,
     overrides: tuple[str, ...],
@@ -96,10 +96,10 @@ def run_command(
 
     pairs = list(zip(cases, folders, strict=True))
     _finish_runs(
-        guard,
+        signals,
         walltime,
         folders,
-        [partial(run, c, comm, f, force=force, guard=guard) for c, f in pairs],
+        [partial(run, c, comm, f, force=force, signals=signals) for c, f in pairs],
     )
 
 
@@ -108,7 +108,7 @@ def run_command(
 @walltime_option
 @click.pass_obj
 def resume_command(
-    guard: Guard, folders: tuple[Path, ...], walltime: float | None
+    signals: SignalHandler, folders: tuple[Path, ...], walltime: float | None
 ) -> None:
     """Go on with the runs in folders, on any number of ranks.
 
@@ -118,21 +118,21 @@ def resume_command(
     from mpisph.run.session import resume
 
     comm = MPI.COMM_WORLD
-    runs = [partial(resume, comm, folder, guard=guard) for folder in folders]
-    _finish_runs(guard, walltime, folders, runs)
+    runs = [partial(resume, comm, folder, signals=signals) for folder in folders]
+    _finish_runs(signals, walltime, folders, runs)
 
 
 def _finish_runs(
-    guard: Guard,
+    signals: SignalHandler,
     walltime: float | None,
     folders: Sequence[Path],
     runs: Sequence[Callable[[], "Result"]],
 ) -> None:
     """Make runs one after the other, until one is stopped; say how each ended."""
     if walltime is not None:
-        guard.limit(walltime)
+        signals.limit(walltime)
     stable = True
-    with guard.heeding_signals(MPI.COMM_WORLD):
+    with signals.heeding_signals(MPI.COMM_WORLD):
         for folder, make in zip(folders, runs, strict=True):
             result = make()
             _say_ending(folder, result)
@@ -352,7 +352,7 @@ def _say_clock(folders: Sequence[Path], npr: float | None, out_png: Path) -> Non
         conclusion_text,
     )
     from mpisph.figures.clock import draw_clock
-    from mpisph.run.session import case_in
+    from mpisph.io.run_folder import case_in
 
     runs = [clock_run(folder, case_in(folder)) for folder in folders]
     conclusion = conclude(runs, npr)
@@ -531,8 +531,8 @@ def cache_clear_command() -> None:
 
 def main() -> NoReturn:
     """Run the command line; the entry point of ``mpisph``."""
-    guard = Guard()
-    sys.excepthook = guard.end_all_ranks
+    signals = SignalHandler()
+    sys.excepthook = signals.end_all_ranks
     first = MPI.COMM_WORLD.rank == 0
     launch = launch_of(os.environ)
     text = mismatch(launch, MPI.COMM_WORLD.size, MPI.Get_library_version())
@@ -540,13 +540,13 @@ def main() -> NoReturn:
         sys.exit(f"mpisph: {text}" if launch and launch.rank == 0 else 1)
     if not first:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")
-    sys.exit(_run(guard, first))
+    sys.exit(_run(signals, first))
 
 
-def _run(guard: Guard, first: bool) -> int:
+def _run(signals: SignalHandler, first: bool) -> int:
     """Run the command line and return its exit code, the same on all ranks."""
     try:
-        code = cli.main(prog_name="mpisph", standalone_mode=False, obj=guard)
+        code = cli.main(prog_name="mpisph", standalone_mode=False, obj=signals)
     except click.exceptions.Abort:  # Ctrl-C where no run heeds it
         click.echo("mpisph: interrupted", err=True)
         MPI.COMM_WORLD.Abort(130)

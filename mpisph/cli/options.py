@@ -48,8 +48,6 @@ walltime_option = click.option(
     help="Time that the program may take, such as 3h50m: before it is up, a run writes "
     "a checkpoint and stops.",
 )
-
-
 runs_argument = click.argument(
     "folders",
     metavar="RUN...",

@@ -8,10 +8,10 @@ import click
 from mpi4py import MPI
 
 from mpisph.cli.options import STOPPED, shipped, walltime_option
+from mpisph.core.console import open_console
 from mpisph.core.errors import MpisphError
 from mpisph.parallel.collectives import from_root, on_root
-from mpisph.run.progress import open_console
-from mpisph.run.signals import Guard
+from mpisph.run.signals import SignalHandler
 
 if TYPE_CHECKING:
     from mpisph.study.model import Study
@@ -71,7 +71,7 @@ def _part(
 @walltime_option
 @click.pass_obj
 def study_run_command(
-    guard: Guard,
+    signals: SignalHandler,
     study_file: Path,
     root: Path,
     ranks_per_case: int,
@@ -90,8 +90,8 @@ def study_run_command(
     comm = MPI.COMM_WORLD
     study = _load(study_file)
     if walltime is not None:
-        guard.limit(walltime)
-    with guard.heeding_signals(comm):
+        signals.limit(walltime)
+    with signals.heeding_signals(comm):
         outcome = run_study(
             study,
             comm,
@@ -99,7 +99,7 @@ def study_run_command(
             open_console(stderr=True),
             ranks_per_case=ranks_per_case,
             part=Part(*part),
-            guard=guard,
+            signals=signals,
         )
     on_root(comm, lambda: _finish(study, root))
     elsewhere = f", {outcome.elsewhere} at work elsewhere" * (outcome.elsewhere > 0)

@@ -12,7 +12,6 @@ import os
 import platform
 import shutil
 import string
-import sys
 import tempfile
 from pathlib import Path
 
@@ -132,21 +131,6 @@ def clear_cache() -> None:
             shutil.rmtree(path, ignore_errors=True)
 
 
-def leave_out_scipy() -> None:
-    """Import Numba's array functions as if SciPy had no linear algebra.
-
-    They import it, where it is installed, to learn whether there is a BLAS, which
-    nothing here calls: 0.2 s of every start.
-    """
-    if "scipy.linalg" in sys.modules:
-        return
-    sys.modules["scipy.linalg"] = None  # type: ignore[assignment]  # not to be imported
-    try:
-        import numba.np.arraymath  # noqa: F401
-    finally:
-        del sys.modules["scipy.linalg"]
-
-
 def prune_cache(keep: int = 8) -> None:
     """Remove the cache folders of older sources but for the `keep` last used."""
     digests = [path for path in CACHE_FOLDER.parent.iterdir() if _is_digest(path.name)]
@@ -161,5 +145,3 @@ def _is_digest(name: str) -> bool:
 
 
 CACHE_FOLDER = use_cache_folder()
-
-leave_out_scipy()

@@ -1,11 +1,11 @@
-"""Wall time of the phases of a step."""
+"""Wall time of the parts of a step."""
 
 from time import perf_counter
 from types import TracebackType
 from typing import Self
 
 
-class Phases:
+class Timers:
     """Accumulates wall time by name, on this rank.
 
     Attributes

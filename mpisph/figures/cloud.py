@@ -16,7 +16,7 @@ from mpisph.case import Case, Plate, case_from_dict
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
 from mpisph.core.particles import FloatArray
-from mpisph.diagnostics.diagnostics import (
+from mpisph.diagnostics.cloud import (
     CloudDefinition,
     CloudErrors,
     CloudMeasure,

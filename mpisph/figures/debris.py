@@ -16,7 +16,7 @@ from mpisph.analysis.radiograph import ALUMINIUM_80_KEV, areal_density, transmis
 from mpisph.analysis.spray import Spray, measure_spray
 from mpisph.case import Case
 from mpisph.core.particles import FloatArray
-from mpisph.diagnostics.diagnostics import (
+from mpisph.diagnostics.cloud import (
     CloudDefinition,
     cloud_definition,
     in_cloud,

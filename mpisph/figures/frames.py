@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from mpisph.case import Case
-from mpisph.diagnostics.diagnostics import cloud_definition, measure_arrays
+from mpisph.diagnostics.cloud import cloud_definition, measure_arrays
 from mpisph.figures.cloud import View, choose_view, only_finite, smallest_dot
 from mpisph.figures.style import BODY_COLOURS, REAR_FACE, STYLE, WIDTH
 from mpisph.io.snapshot import Snapshot, read_snapshot

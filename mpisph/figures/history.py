@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mpisph.case import Case
-from mpisph.diagnostics.diagnostics import cloud_definition
+from mpisph.diagnostics.cloud import cloud_definition
 from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE
 from mpisph.io.result import CloudRecord
 

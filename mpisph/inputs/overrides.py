@@ -5,23 +5,15 @@ from __future__ import annotations
 import tomllib
 from typing import Any
 
-from mpisph.case.partial_case import Key
 from mpisph.core.errors import Problem
+from mpisph.inputs.findings import Key, override_place
 from mpisph.inputs.printing import printable
+from mpisph.inputs.spelling import nearest
 from mpisph.inputs.toml_lines import deep_line
-from mpisph.materials.library import nearest
-
-__all__ = ["apply_override", "override_place"]
 
 _LONGEST_OVERRIDE = 100_000
 _MOST_PARTS = 20
-_LONGEST_PLACE = 200
 _LONGEST_SENTENCE = 500
-
-
-def override_place(text: str) -> str:
-    """Return how messages name an override, in the place of file and line."""
-    return f"--set {printable(text, _LONGEST_PLACE)}"
 
 
 class _OverrideError(Exception):

@@ -1,7 +1,5 @@
 """What a user has typed, made fit to stand in a message."""
 
-__all__ = ["printable"]
-
 
 def printable(text: str, longest: int) -> str:
     """Return a text on one line, without what would steer a terminal.

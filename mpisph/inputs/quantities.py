@@ -29,35 +29,6 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 if TYPE_CHECKING:
     import pint
 
-__all__ = [
-    "Count",
-    "Density",
-    "Description",
-    "Flag",
-    "Fraction",
-    "FrozenModel",
-    "Identifier",
-    "NonNegative",
-    "NonNegativeLength",
-    "NonNegativePressure",
-    "NonNegativeRatio",
-    "Position",
-    "Positive",
-    "PositiveLength",
-    "PositivePressure",
-    "PositiveRatio",
-    "PositiveTime",
-    "Pressure",
-    "Quantity",
-    "SoundSpeed",
-    "Source",
-    "SpecificEnergy",
-    "TensionLimit",
-    "TimeOffset",
-    "Title",
-    "Velocity",
-    "si_value",
-]
 
 _LONGEST = 100
 """Characters of a quantity; pint takes a units' product apart recursively."""

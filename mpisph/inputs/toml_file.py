@@ -7,13 +7,11 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from mpisph.case.problems import BEYOND_64_BITS
 from mpisph.core.errors import CaseError, Problem
+from mpisph.inputs.findings import BEYOND_64_BITS
 from mpisph.inputs.printing import printable
+from mpisph.inputs.spelling import nearest
 from mpisph.inputs.toml_lines import deep_line
-from mpisph.materials.library import nearest
-
-__all__ = ["read_toml"]
 
 _LARGEST_FILE = 1_000_000
 _LONGEST_SHOWN = 80

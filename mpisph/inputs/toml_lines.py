@@ -8,9 +8,7 @@ from functools import lru_cache
 import tree_sitter
 import tree_sitter_toml
 
-from mpisph.case.partial_case import Key
-
-__all__ = ["deep_line", "line_numbers"]
+from mpisph.inputs.findings import Key
 
 _DEEPEST = 100
 """Levels of a document's tree. A case needs some ten; tomllib takes a time that grows

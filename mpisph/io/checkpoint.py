@@ -20,20 +20,15 @@ from mpi4py import MPI
 from mpisph.core.errors import MpisphError
 from mpisph.core.particles import FIELDS, Particles
 from mpisph.io.particle_file import (
-    Layout,
+    FileLayout,
     field_column,
     row_bytes,
     store_text,
     stored_text,
     write_particle_file,
 )
-from mpisph.parallel.collectives import (
-    block_starts,
-    caught,
-    from_root,
-    on_root,
-    raise_together,
-)
+from mpisph.parallel.collectives import caught, from_root, on_root, raise_together
+from mpisph.parallel.redistribution import block_starts
 
 CHECKPOINTS_FOLDER = "checkpoints"
 
@@ -113,7 +108,7 @@ def write_checkpoint(
     """
     path = folder / CHECKPOINTS_FOLDER / f"checkpoint_{step:09d}.h5"
     write_rest = partial(_write_state, state)
-    layout = Layout("checkpoint", _GROUP, _COLUMNS, write_rest, _HEADER)
+    layout = FileLayout("checkpoint", _GROUP, _COLUMNS, write_rest, _HEADER)
     write_particle_file(
         comm, path, particles, n_total, layout, seal=partial(_seal, comm)
     )

@@ -20,13 +20,8 @@ from mpi4py import MPI
 
 from mpisph.core.particles import Field, Particles
 from mpisph.io.files import replace_file
-from mpisph.parallel.collectives import (
-    by_id_blocks,
-    caught,
-    gather_all,
-    on_root,
-    raise_together,
-)
+from mpisph.parallel.collectives import caught, on_root, raise_together
+from mpisph.parallel.redistribution import by_id_blocks, gather_all
 
 Writer = Literal["auto", "parallel", "gather"]
 
@@ -70,7 +65,7 @@ class Column(NamedTuple):
     rows: Callable[[Block], npt.NDArray[Any]]
 
 
-class Layout(NamedTuple):
+class FileLayout(NamedTuple):
     """What a kind of file holds.
 
     Attributes
@@ -99,7 +94,7 @@ def write_particle_file(
     path: Path,
     particles: Particles,
     n_total: int,
-    layout: Layout,
+    layout: FileLayout,
     *,
     writer: Writer = "auto",
     seal: Callable[[Path], None] | None = None,
@@ -116,7 +111,7 @@ def write_particle_file(
         Owned particles in any order; any rank may own none.
     n_total : int
         Ids run from 0 to ``n_total - 1``.
-    layout : Layout
+    layout : FileLayout
     writer : {"auto", "parallel", "gather"}, optional
         ``parallel`` writes from all ranks at once and needs an h5py built for
         MPI; ``gather`` sends everything to rank 0 first; ``auto`` picks.
@@ -176,7 +171,7 @@ def stored_text(group: h5py.Group, name: str) -> str:
     return bytes(group[name][()]).decode("utf-8")
 
 
-def _prepare(part: Path, n_total: int, layout: Layout) -> None:
+def _prepare(part: Path, n_total: int, layout: FileLayout) -> None:
     """Write everything but the columns, and set aside the room for these.
 
     Where the disk turns out to be full while HDF5 writes or closes a file, it hangs or
@@ -209,7 +204,7 @@ def _is_parallel(writer: Writer) -> bool:
 
 
 def _write_parallel(
-    comm: MPI.Intracomm, part: Path, mine: Particles, layout: Layout
+    comm: MPI.Intracomm, part: Path, mine: Particles, layout: FileLayout
 ) -> None:
     """Write blocks of ids from all ranks at once."""
     block = Block(mine, comm.scan(mine.n) - mine.n, comm.allreduce(mine.n))
@@ -224,7 +219,7 @@ def _write_parallel(
 
 
 def _write_gathered(
-    comm: MPI.Intracomm, part: Path, mine: Particles, layout: Layout
+    comm: MPI.Intracomm, part: Path, mine: Particles, layout: FileLayout
 ) -> None:
     """Send everything to rank 0 and write there."""
     everything = gather_all(comm, mine)
@@ -257,7 +252,7 @@ def _opened(part: Path, **how: Any) -> Iterator[h5py.File]:
 
 
 def _write_columns(
-    file: h5py.File, block: Block, transfer: h5py.h5p.PropDXID, layout: Layout
+    file: h5py.File, block: Block, transfer: h5py.h5p.PropDXID, layout: FileLayout
 ) -> None:
     """Write all columns, and go on after an error so that no rank waits.
 

@@ -10,12 +10,7 @@ from rich.table import Table
 from mpisph.case import Case
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
-from mpisph.diagnostics.diagnostics import (
-    CloudFigure,
-    CloudMeasure,
-    cloud_size,
-    compare,
-)
+from mpisph.diagnostics.cloud import CloudFigure, CloudMeasure, cloud_size, compare
 from mpisph.io.files import write_text
 
 RESULT_FILE = "result.json"
@@ -115,8 +110,8 @@ class Timing(_Model):
     step_ms: float
     """Per step, snapshots left out [ms]."""
     interaction_ns: float
-    """Rank time per directed interaction, all phases but snapshots [ns]."""
-    phases: dict[str, float]
+    """Rank time per directed interaction, snapshots left out [ns]."""
+    timers: dict[str, float]
     """Time in each phase, on the rank that spent most in it [s]."""
     first_step: float | None = None
     """Unix time at which the first step was done [s]."""

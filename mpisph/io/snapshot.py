@@ -24,7 +24,7 @@ from mpisph.core.particles import FIELDS, Particles
 from mpisph.io.files import write_text
 from mpisph.io.particle_file import (
     Column,
-    Layout,
+    FileLayout,
     Writer,
     field_column,
     store_text,
@@ -123,7 +123,7 @@ def write_snapshot(
     """
     path = folder / SNAPSHOTS_FOLDER / f"snapshot_{index:05d}.vtkhdf"
     header = _Header(time, step, metadata)
-    layout = Layout("snapshot", "VTKHDF", _COLUMNS, partial(_write_rest, header))
+    layout = FileLayout("snapshot", "VTKHDF", _COLUMNS, partial(_write_rest, header))
     write_particle_file(comm, path, particles, n_total, layout, writer=writer)
     on_root(comm, lambda: _update_series(folder, path, time))
     return path

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from mpisph.case import Case
 from mpisph.core.errors import MpisphError
-from mpisph.diagnostics.diagnostics import cloud_definition, measure_arrays
+from mpisph.diagnostics.cloud import cloud_definition, measure_arrays
 from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.io.lock import in_use
 from mpisph.io.result import (
@@ -19,10 +19,10 @@ from mpisph.io.result import (
     make_comparisons,
     read_result,
 )
+from mpisph.io.run_folder import CASE_FILE, case_in
+from mpisph.io.run_log import LOG_FILE
 from mpisph.io.snapshot import read_series, read_snapshot
 from mpisph.io.status import STATUS_FILE, Status, read_status
-from mpisph.run.progress import LOG_FILE
-from mpisph.run.session import CASE_FILE, case_in
 
 
 class StoredRun(NamedTuple):

@@ -48,7 +48,7 @@ class Census(NamedTuple):
     work : ndarray, shape (rows, columns)
         In pairs.
     reach : ndarray, shape (rows, columns)
-        Sum of what particles claim on either side [m].
+        Sum of how far particles reach on either side [m].
     """
 
     z: FloatArray
@@ -70,7 +70,7 @@ def take_census(
     r, z : ndarray, shape (n,)
         Positions of the owned particles [m].
     reach : ndarray, shape (n,)
-        How far each claims (see `halo.reach`) [m].
+        How far each reaches (see `halo.reach`) [m].
     work : ndarray, shape (n,)
         Work of each, whole numbers.
     """
@@ -176,8 +176,10 @@ def modelled_time(census: Census, slabs: int, columns: int) -> float:
     mean = reach / np.maximum(own, 1.0)
     # A ghost is within the part's reach and its own, taken as equal.
     ghosts = _within(census, _widened(boxes, 2.0 * mean)) - own
-    claims = _widened(boxes, mean)
-    times = work + GHOST_WORK * ghosts * (own > 0) + MESSAGE_WORK * _partners(claims)
+    rank_boxes = _widened(boxes, mean)
+    times = (
+        work + GHOST_WORK * ghosts * (own > 0) + MESSAGE_WORK * _partners(rank_boxes)
+    )
     return float(times.max())
 
 
@@ -212,9 +214,9 @@ def _boxes_of_parts(census: Census, part: IntArray, parts: int) -> FloatArray:
     return boxes
 
 
-def _partners(claims: FloatArray) -> IntArray:
-    """Return how many others each claim meets, shape (parts,)."""
-    z_low, z_high, r_low, r_high = claims.T
+def _partners(rank_boxes: FloatArray) -> IntArray:
+    """Return how many others each bounding box meets, shape (parts,)."""
+    z_low, z_high, r_low, r_high = rank_boxes.T
     meets = (z_low < z_high[:, None]) & (z_high > z_low[:, None])
     meets &= (r_low < r_high[:, None]) & (r_high > r_low[:, None])
     np.fill_diagonal(meets, False)

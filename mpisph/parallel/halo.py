@@ -2,8 +2,8 @@
 
 Two particles interact within ``kappa (h_a + h_b)/2``. So around each particle stands a
 box that reaches ``kappa h/2`` both ways along z and along r, and two particles can only
-interact if their boxes meet. A rank claims the smallest box that holds the boxes of all
-its particles; another rank sends it those particles whose own box meets that. This
+interact if their boxes meet. A rank tells the others the bounding box of all
+these; another rank sends it those particles whose own box meets that. This
 follows the local h, spans as many parts as the reach does, and needs no assumption on
 where the cut lies.
 """
@@ -19,14 +19,14 @@ from numba import njit
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray, IntArray, Particles
 
-SLACK = 1e-9
+BOX_SLACK = 1e-9
 """Widens boxes, in units of the reach, against rounding."""
 
 TAG = 7301
 """Keeps ghosts apart from messages of the caller's own on the same communicator."""
 
 NOTHING = np.array([np.inf, -np.inf, np.inf, -np.inf])
-"""The claim of a rank without particles: it meets no box."""
+"""The bounding box of a rank without particles: it meets no box."""
 
 
 @dataclass
@@ -96,11 +96,13 @@ def boxes(
 
 
 def reach(h: FloatArray, kappa: float) -> FloatArray:
-    """Return how far a particle of smoothing length `h` [m] claims, ``kappa h/2``."""
-    return (0.5 * kappa * (1.0 + SLACK)) * h
+    """Return how far a particle of smoothing length `h` [m] reaches, ``kappa h/2``."""
+    return (0.5 * kappa * (1.0 + BOX_SLACK)) * h
 
 
-def claim(p: Particles, kappa: float, dt: float, kick: float = 0.5) -> FloatArray:
+def bounding_box(
+    p: Particles, kappa: float, dt: float, kick: float = 0.5
+) -> FloatArray:
     """Return the box that holds those of the owned particles after a step.
 
     A particle that the step carries across the axis is put back at the same distance
@@ -121,15 +123,15 @@ def claim(p: Particles, kappa: float, dt: float, kick: float = 0.5) -> FloatArra
     ndarray, shape (4,)
         As `boxes`; infinite and reversed where the rank owns nothing.
     """
-    box: FloatArray = _claim(
+    box: FloatArray = _bounding_box(
         p.r, p.z, p.h, p.u_r, p.u_z, p.du_r, p.du_z, p.dh,
-        0.5 * kappa * (1.0 + SLACK), dt, kick,
+        0.5 * kappa * (1.0 + BOX_SLACK), dt, kick,
     )  # fmt: skip
     return box
 
 
 @njit(**EXACT)  # type: ignore[untyped-decorator]
-def _claim(
+def _bounding_box(
     r: FloatArray, z: FloatArray, h: FloatArray, u_r: FloatArray, u_z: FloatArray,
     du_r: FloatArray, du_z: FloatArray, dh: FloatArray, reach_h: float, dt: float,
     part: float,
@@ -152,18 +154,18 @@ def hull(these: FloatArray) -> FloatArray:
     return np.array([z_low.min(), z_high.max(), r_low.min(), r_high.max()])
 
 
-def partners_of(rank: int, claims: FloatArray) -> IntArray:
-    """Return the ranks whose claims meet that of `rank`, ascending.
+def partners_of(rank: int, rank_boxes: FloatArray) -> IntArray:
+    """Return the ranks whose bounding boxes meet that of `rank`, ascending.
 
     Parameters
     ----------
     rank : int
-    claims : ndarray, shape (ranks, 4)
-        `claim` of every rank.
+    rank_boxes : ndarray, shape (ranks, 4)
+        `bounding_box` of every rank.
     """
-    mine = claims[rank]
-    meets = (claims[:, 0] < mine[1]) & (claims[:, 1] > mine[0])
-    meets &= (claims[:, 2] < mine[3]) & (claims[:, 3] > mine[2])
+    mine = rank_boxes[rank]
+    meets = (rank_boxes[:, 0] < mine[1]) & (rank_boxes[:, 1] > mine[0])
+    meets &= (rank_boxes[:, 2] < mine[3]) & (rank_boxes[:, 3] > mine[2])
     meets[rank] = False
     return np.flatnonzero(meets)
 
@@ -176,41 +178,41 @@ def _meets(these: FloatArray, i: int, other: FloatArray) -> bool:
 
 @njit(**EXACT)  # type: ignore[untyped-decorator]
 def select(
-    these: FloatArray, claims: FloatArray
+    these: FloatArray, rank_boxes: FloatArray
 ) -> tuple[IntArray, npt.NDArray[np.int64]]:
-    """Find for each claim the particles whose boxes meet it.
+    """Find for each bounding box the particles whose boxes meet it.
 
     Parameters
     ----------
     these : ndarray, shape (4, n)
         Boxes of particles.
-    claims : ndarray, shape (k, 4)
+    rank_boxes : ndarray, shape (k, 4)
 
     Returns
     -------
     start : ndarray of int64, shape (k + 1,)
-        Where the list of each claim begins in `index`.
+        Where the list of each box begins in `index`.
     index : ndarray of int64
-        Positions of the particles, ascending for each claim.
+        Positions of the particles, ascending for each box.
     """
-    start = np.zeros(claims.shape[0] + 1, np.int64)
-    for k in range(claims.shape[0]):
+    start = np.zeros(rank_boxes.shape[0] + 1, np.int64)
+    for k in range(rank_boxes.shape[0]):
         found = 0
         for i in range(these.shape[1]):
-            found += _meets(these, i, claims[k])
+            found += _meets(these, i, rank_boxes[k])
         start[k + 1] = start[k] + found
     index = np.empty(start[-1], np.int64)
-    for k in range(claims.shape[0]):
+    for k in range(rank_boxes.shape[0]):
         place = start[k]
         for i in range(these.shape[1]):
-            if _meets(these, i, claims[k]):
+            if _meets(these, i, rank_boxes[k]):
                 index[place] = i
                 place += 1
     return start, index
 
 
 def exchange_halo(
-    comm: MPI.Intracomm, fields: FloatArray, these: FloatArray, claims: FloatArray,
+    comm: MPI.Intracomm, fields: FloatArray, these: FloatArray, rank_boxes: FloatArray,
     halo: Halo,
 ) -> FloatArray:  # fmt: skip
     """Send each rank the particles it needs, return the ghosts received.
@@ -222,8 +224,8 @@ def exchange_halo(
         What is sent of the owned particles.
     these : ndarray, shape (4, n)
         Their `boxes` of `reach`.
-    claims : ndarray, shape (ranks, 4)
-        `claim` of every rank.
+    rank_boxes : ndarray, shape (ranks, 4)
+        `bounding_box` of every rank.
     halo : Halo
         Of earlier exchanges.
 
@@ -232,8 +234,8 @@ def exchange_halo(
     ndarray, shape (k, ghosts)
         Ordered by rank; the order carries no meaning.
     """
-    partners = partners_of(comm.rank, claims)
-    start, index = select(these, claims[partners])
+    partners = partners_of(comm.rank, rank_boxes)
+    start, index = select(these, rank_boxes[partners])
     if partners.size == 0:
         return fields[:, :0]
     k = fields.shape[0]

@@ -3,8 +3,8 @@
 from mpi4py import MPI
 
 from mpisph.core.particles import Particles
-from mpisph.parallel.collectives import redistribute
 from mpisph.parallel.decomposition import Cut, owners
+from mpisph.parallel.redistribution import redistribute
 
 
 def migrate(comm: MPI.Intracomm, p: Particles, cut: Cut) -> Particles:

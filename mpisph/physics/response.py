@@ -14,7 +14,7 @@ from mpisph.physics.eos import (
     pressure,
     sound_speed,
 )
-from mpisph.physics.scheme import Scheme
+from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.strength import yield_factor
 
 MaterialTable = npt.NDArray[np.void]
@@ -77,7 +77,7 @@ def _pressures(rho, E, material, table, scheme, P, c):
         P[i], c[i] = pressure_and_sound_speed(rho[i], E[i], table[material[i]], scheme)
 
 
-def respond(p: Particles, table: MaterialTable, scheme: Scheme) -> None:
+def respond(p: Particles, table: MaterialTable, scheme: SchemeConstants) -> None:
     """Apply the yield limit (R7) and set P and c (R8, R9) of owned particles.
 
     Parameters
@@ -85,7 +85,7 @@ def respond(p: Particles, table: MaterialTable, scheme: Scheme) -> None:
     p : Particles
         S_rr, S_zz, S_rz, plastic, P and c are written.
     table : structured ndarray
-    scheme : Scheme
+    scheme : SchemeConstants
     """
     limit_stress(p.stress, p.material, table, p.plastic)
     _pressures(p.rho, p.E, p.material, table, scheme, p.P, p.c)

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 
-class Scheme(NamedTuple):
+class SchemeConstants(NamedTuple):
     """Numerical parameters of R1-R10.
 
     Attributes

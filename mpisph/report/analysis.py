@@ -10,7 +10,7 @@ import numpy.typing as npt
 from mpisph.analysis.fragments import find_fragments
 from mpisph.analysis.hole import maiden_diameter, measure_hole, nysmith_diameter
 from mpisph.case import Case, Plate, Sphere
-from mpisph.diagnostics.diagnostics import (
+from mpisph.diagnostics.cloud import (
     cloud_definition,
     impact_velocity,
     in_cloud,

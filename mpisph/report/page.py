@@ -19,7 +19,6 @@ COLOURS = 64
 NONE = "–"
 """What a cell says that has nothing to say."""
 
-
 _SYMBOL = re.compile(r"\b([RLu])_([brz])\b")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from mpisph.case import Body, Case, Cylinder, Plate, Sphere, SphericalShell
 from mpisph.case.bodies import EquationOfState
 from mpisph.case.sections import Exposure, PressureLimit, TimeStepping
-from mpisph.diagnostics.diagnostics import CloudFigure
+from mpisph.diagnostics.cloud import CloudFigure
 from mpisph.io.result import Comparison
 from mpisph.io.stored_run import StoredRun
 from mpisph.report.page import NONE, Link, Table
@@ -255,10 +255,10 @@ def timing_table(run: StoredRun) -> Table:
     """Return what the run took, and where; of a run that has a result."""
     assert run.result is not None, "a run that has ended"
     t = run.result.timing
-    known = sum(t.phases.values())
+    known = sum(t.timers.values())
     rows: list[Row] = [
         (_PHASES.get(name, name), f"{spent:.2f}", f"{100 * spent / t.wall:.0f} %")
-        for name, spent in sorted(t.phases.items(), key=lambda item: -item[1])
+        for name, spent in sorted(t.timers.items(), key=lambda item: -item[1])
     ]
     if t.wall > known:
         rest = t.wall - known

@@ -6,9 +6,9 @@ import time
 from mpisph.core.errors import CollectiveError
 from mpisph.io.checkpoint import PARTICLE_BYTES
 from mpisph.io.status import StatusFile
-from mpisph.run.recorder import Recorder
-from mpisph.run.signals import STOP_FILE, Guard, Wish, is_stop, reason
-from mpisph.solver.simulation import Simulation
+from mpisph.run.output import RunOutput
+from mpisph.run.signals import STOP_FILE, SignalHandler, StopRequest, is_stop, reason
+from mpisph.solver.state import Simulation
 
 POLL = 0.25
 """How often to look for the stop file [s]; on a cluster that asks a server."""
@@ -32,26 +32,30 @@ class StopRequested(Exception):  # noqa: N818  it is no error
     """A run that has stopped between two steps, to be gone on with; says why."""
 
 
-class Keeper:
+class CheckpointPolicy:
     """Decides before each step whether to write a checkpoint or to stop.
 
     Parameters
     ----------
     sim : Simulation
-    recorder : Recorder
+    output : RunOutput
     status : StatusFile
-    guard : Guard
+    signals : SignalHandler
     """
 
     def __init__(
-        self, sim: Simulation, recorder: Recorder, status: StatusFile, guard: Guard
+        self,
+        sim: Simulation,
+        output: RunOutput,
+        status: StatusFile,
+        signals: SignalHandler,
     ) -> None:
-        self._recorder = recorder
+        self._output = output
         self._status = status
-        self._guard = guard
+        self._signals = signals
         self._first = sim.step
         self._settings = sim.case.checkpoints
-        self._stop_file = recorder.folder / STOP_FILE
+        self._stop_file = output.folder / STOP_FILE
         self._saved_at = time.monotonic()
         self._saved_time = sim.time
         self._polled_at = float("-inf")
@@ -62,15 +66,15 @@ class Keeper:
         self._longest_checkpoint = LATENCY + size / SLOW_DISK
         self._measured = False
 
-    def wish(self, sim: Simulation) -> int:
+    def stop_request(self, sim: Simulation) -> int:
         """Return what this rank asks for before the coming step.
 
         Any rank may have had a signal; rank 0 alone looks at clock and folder.
         """
-        if signal := self._guard.signal_wish():
+        if signal := self._signals.signal_request():
             return signal
         if sim.comm.rank != 0:
-            return Wish.NOTHING
+            return StopRequest.NOTHING
         now = time.monotonic()
         if self._seen_at is not None:
             self._longest_step = max(self._longest_step, now - self._seen_at)
@@ -81,11 +85,15 @@ class Keeper:
                 self._refreshed_at = now
                 self._status.refresh(sim.step, sim.time)
             if self._stop_file.exists():
-                return Wish.STOP_FILE
+                return StopRequest.STOP_FILE
         margin = MARGIN * (self._longest_step + self._longest_checkpoint)
-        if self._guard.time_left() < margin:
-            return Wish.WALL_TIME
-        return Wish.CHECKPOINT if self._is_due(now, sim.time) else Wish.NOTHING
+        if self._signals.time_left() < margin:
+            return StopRequest.WALL_TIME
+        return (
+            StopRequest.CHECKPOINT
+            if self._is_due(now, sim.time)
+            else StopRequest.NOTHING
+        )
 
     def _is_due(self, now: float, time: float) -> bool:
         if now - self._saved_at >= self._settings.wall_interval:
@@ -93,14 +101,14 @@ class Keeper:
         interval = self._settings.interval
         return interval is not None and time // interval > self._saved_time // interval
 
-    def heed(self, sim: Simulation, wish: int) -> None:
-        """Write a checkpoint where the ranks wish for one; collective.
+    def heed(self, sim: Simulation, stop_request: int) -> None:
+        """Write a checkpoint where the ranks stop_request for one; collective.
 
         Parameters
         ----------
         sim : Simulation
-        wish : int
-            The largest wish of all ranks.
+        stop_request : int
+            The largest stop_request of all ranks.
 
         Raises
         ------
@@ -110,25 +118,25 @@ class Keeper:
             On all ranks, if the checkpoint cannot be written. For want of room a run
             that need not stop goes on, and tries again after the interval.
         """
-        if wish == Wish.NOTHING:
+        if stop_request == StopRequest.NOTHING:
             return
         # Before the first step there is nothing to save: the run is as it was found.
         if sim.step > self._first:
-            self._save(sim, must=is_stop(wish))
-        if is_stop(wish):
+            self._save(sim, must=is_stop(stop_request))
+        if is_stop(stop_request):
             before = ", before any step" if sim.step == self._first else ""
-            raise StopRequested(f"{reason(wish)}{before}")
+            raise StopRequested(f"{reason(stop_request)}{before}")
 
     def _save(self, sim: Simulation, must: bool) -> None:
         """Write a checkpoint; go on without it where the disk is full and it may be."""
         self._seen_at = None  # the coming step is not to count the checkpoint
         begin = time.monotonic()
         try:
-            self._recorder.save_checkpoint(sim)
+            self._output.save_checkpoint(sim)
         except CollectiveError as error:
             if must or error.errno not in FULL:
                 raise
-            self._recorder.warn(f"no checkpoint at step {sim.step}: {error}")
+            self._output.warn(f"no checkpoint at step {sim.step}: {error}")
         else:
             self._note_cost(time.monotonic() - begin)
             if sim.comm.rank == 0:

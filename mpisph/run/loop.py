@@ -2,11 +2,13 @@
 
 from mpisph.core.errors import UnstableError
 from mpisph.diagnostics.stability import REASONS, STABLE
-from mpisph.parallel.decomposition import imbalance
-from mpisph.run.checkpointing import Keeper
-from mpisph.run.recorder import Recorder
-from mpisph.solver.reduction import Survey
-from mpisph.solver.simulation import Simulation, advance, rebalance, step_rule, survey
+from mpisph.parallel.load_balance import imbalance
+from mpisph.run.checkpointing import CheckpointPolicy
+from mpisph.run.output import RunOutput
+from mpisph.solver.reduction import Reduction
+from mpisph.solver.setup import step_rule
+from mpisph.solver.state import Simulation
+from mpisph.solver.step import advance, rebalance, reduce_state
 from mpisph.sph.timestep import step_to
 
 URGENT = 0.1
@@ -14,14 +16,16 @@ URGENT = 0.1
 is set in motion fastest."""
 
 
-def step_to_end(sim: Simulation, recorder: Recorder, keeper: Keeper) -> None:
+def step_to_end(
+    sim: Simulation, output: RunOutput, checkpointing: CheckpointPolicy
+) -> None:
     """Advance a simulation through all output times of its case that are to come.
 
     Parameters
     ----------
     sim : Simulation
-    recorder : Recorder
-    keeper : Keeper
+    output : RunOutput
+    checkpointing : CheckpointPolicy
 
     Raises
     ------
@@ -31,14 +35,14 @@ def step_to_end(sim: Simulation, recorder: Recorder, keeper: Keeper) -> None:
         On all ranks, before the step at which the run was stopped.
     """
     rule = step_rule(sim.case)
-    targets = [0.0, *sim.case.output_times][recorder.snapshots :]
+    targets = [0.0, *sim.case.output_times][output.snapshots :]
     while True:
-        found = survey(sim, wish=keeper.wish(sim))
-        keeper.heed(sim, found.wish)
-        recorder.note(sim, found)
-        check_stable(sim, found, recorder.errors.energy)
+        found = reduce_state(sim, stop_request=checkpointing.stop_request(sim))
+        checkpointing.heed(sim, found.stop_request)
+        output.note(sim, found)
+        check_stable(sim, found, output.errors.energy)
         if sim.time >= targets[0]:
-            recorder.save(sim)
+            output.save(sim)
             del targets[0]
             if not targets:
                 return
@@ -52,24 +56,24 @@ def step_to_end(sim: Simulation, recorder: Recorder, keeper: Keeper) -> None:
             sim.time = targets[0]
 
 
-def make_step(sim: Simulation, found: Survey, dt: float) -> None:
+def make_step(sim: Simulation, found: Reduction, dt: float) -> None:
     """Advance by a step, and now and then share the particles out anew.
 
     Parameters
     ----------
     sim : Simulation
-    found : Survey
+    found : Reduction
         Taken before the step.
     dt : float
         Length of the step [s].
     """
-    advance(sim, dt, found.claims)
+    advance(sim, dt, found.rank_boxes)
     urgent = imbalance(found.work) > URGENT
     if urgent or sim.step % sim.case.parallel.rebalance_every == 0:
         rebalance(sim, found.work)
 
 
-def check_stable(sim: Simulation, found: Survey, energy_error: float) -> None:
+def check_stable(sim: Simulation, found: Reduction, energy_error: float) -> None:
     """Raise where a particle is out of bounds or the energy drifts.
 
     Raises
@@ -89,7 +93,7 @@ def check_stable(sim: Simulation, found: Survey, energy_error: float) -> None:
         raise UnstableError("energy_drift", sim.step, sim.time, None, text)
 
 
-def _check_step(sim: Simulation, found: Survey, dt: float) -> None:
+def _check_step(sim: Simulation, found: Reduction, dt: float) -> None:
     """Raise where the step has collapsed."""
     ratio = sim.case.limits.step_ratio_min
     if dt < ratio * sim.first_dt:

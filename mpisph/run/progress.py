@@ -1,11 +1,9 @@
-"""What a run says while it runs: a bar or plain lines, and a log."""
+"""What a run says while it runs: a bar or plain lines."""
 
-import os
 import time as wall_clock
 from collections.abc import Callable
 from contextlib import suppress
 from datetime import timedelta
-from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple, Self
 
@@ -14,69 +12,8 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskProgressColumn, TextColumn
 from rich.progress import Progress as RichProgress
 
-from mpisph.io.files import LineFile
-
-LOG_FILE = "log.txt"
-
-_LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "SLURM_PROCID")
-
-
-def open_console(stderr: bool) -> Console:
-    """Return a console on a standard stream that knows whether a person looks on.
-
-    A launcher such as Open MPI's gives its ranks a pseudo-terminal as standard output
-    even where its own goes to a file, and a pipe as standard error even on a desk. So
-    below a launcher the launcher's own stream decides.
-
-    Parameters
-    ----------
-    stderr : bool
-        The standard error instead of the standard output.
-
-    Returns
-    -------
-    rich.console.Console
-        Plain and 100 wide where no person looks on.
-    """
-    console = Console(stderr=stderr)
-    person = console.is_terminal
-    if any(name in os.environ for name in _LAUNCHERS):
-        person = _is_terminal_of_parent(2 if stderr else 1)
-    elif person:
-        return console
-    return Console(stderr=stderr, force_terminal=person, width=100)
-
-
-def _is_terminal_of_parent(descriptor: int) -> bool:
-    """Say whether the parent process, the launcher, writes to a terminal."""
-    try:
-        target = os.readlink(f"/proc/{os.getppid()}/fd/{descriptor}")
-    except OSError:  # another system, or a launcher on another machine
-        return False
-    return target.startswith(("/dev/pts/", "/dev/tty"))
-
-
-class RunLog(LineFile):
-    """Adds lines to ``log.txt``, on rank 0 alone; other ranks do nothing.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the run.
-    comm : MPI.Intracomm
-
-    Raises
-    ------
-    OSError
-        On rank 0, if the file cannot be written.
-    """
-
-    def __init__(self, folder: Path, comm: MPI.Intracomm) -> None:
-        super().__init__(folder / LOG_FILE if comm.rank == 0 else None)
-
-    def say(self, text: str) -> None:
-        """Write one or more lines to the log."""
-        self.write(text.rstrip("\n") + "\n")
+from mpisph.core.console import open_console
+from mpisph.io.run_log import RunLog
 
 
 class _State(NamedTuple):

@@ -14,8 +14,9 @@ from pathlib import Path
 from mpi4py import MPI
 from rich.console import Console
 
-from mpisph.case import Case, case_from_dict, load_case
+from mpisph.case import Case, case_from_dict
 from mpisph.case.identity import differences
+from mpisph.core.console import open_console
 from mpisph.core.errors import (
     CaseError,
     CollectiveError,
@@ -25,7 +26,6 @@ from mpisph.core.errors import (
 )
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
 from mpisph.io.checkpoint import (
-    CHECKPOINTS_FOLDER,
     Checkpoint,
     DamagedError,
     find_checkpoints,
@@ -34,23 +34,24 @@ from mpisph.io.checkpoint import (
     set_aside,
 )
 from mpisph.io.files import write_text
-from mpisph.io.history import HISTORY_FILE, History, kept_history
+from mpisph.io.history import History, kept_history
 from mpisph.io.lock import FolderLock
 from mpisph.io.provenance import git_revision, versions
 from mpisph.io.result import RESULT_FILE, Ending, Result, read_result, write_result
-from mpisph.io.snapshot import SERIES_FILE, SNAPSHOTS_FOLDER
+from mpisph.io.run_folder import CASE_FILE, case_in, clear_away, remove_parts
+from mpisph.io.run_log import RunLog
 from mpisph.io.status import FINAL, STATUS_FILE, Status, StatusFile, read_status
 from mpisph.parallel.collectives import from_root, on_root
-from mpisph.run.checkpointing import Keeper, StopRequested
+from mpisph.run.checkpointing import CheckpointPolicy, StopRequested
 from mpisph.run.loop import step_to_end
-from mpisph.run.progress import Progress, RunLog, open_console
-from mpisph.run.recorder import Recorder, RunState, restored
-from mpisph.run.signals import Guard
+from mpisph.run.output import RunOutput
+from mpisph.run.progress import Progress
+from mpisph.run.signals import SignalHandler
+from mpisph.run.state import RunState, restored
 from mpisph.solver.estimate import check_memory
-from mpisph.solver.simulation import Simulation, start
+from mpisph.solver.start import start
+from mpisph.solver.state import Simulation
 from mpisph.solver.warmup import warm_up
-
-CASE_FILE = "case.toml"
 
 SHOWN_DIFFERENCES = 5
 """How many differences between two cases are named."""
@@ -63,7 +64,7 @@ def run(
     console: Console | None = None,
     *,
     force: bool = False,
-    guard: Guard | None = None,
+    signals: SignalHandler | None = None,
 ) -> Result:
     """Run a case and write its files into `folder`, or go on with it there.
 
@@ -79,7 +80,7 @@ def run(
         For progress; by default the standard error.
     force : bool, optional
         Whether to start anew, and remove the files of the run in the folder.
-    guard : Guard, optional
+    signals : SignalHandler, optional
         Signals and limits to heed; by default only the file ``stop`` in the folder.
 
     Returns
@@ -101,7 +102,7 @@ def run(
         or the log: started with ``python -m mpi4py``, a program then ends on all ranks.
     """
     on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
-    session = _Session(comm, folder, console, guard)
+    session = _Session(comm, folder, console, signals)
     with FolderLock(comm, folder):
         if force:
             return session.begin(case)
@@ -114,13 +115,13 @@ def resume(
     folder: Path,
     console: Console | None = None,
     *,
-    guard: Guard | None = None,
+    signals: SignalHandler | None = None,
 ) -> Result:
     """Go on with the run in a folder, on any number of ranks.
 
     Parameters
     ----------
-    comm, folder, console, guard
+    comm, folder, console, signals
         See `run`.
 
     Returns
@@ -133,26 +134,13 @@ def resume(
     MpisphError, OSError
         See `run`; also where the folder holds no run.
     """
-    session = _Session(comm, folder, console, guard)
+    session = _Session(comm, folder, console, signals)
     case = from_root(comm, lambda: case_in(folder))
     with FolderLock(comm, folder):
         status = from_root(comm, lambda: read_status(folder))
         if status is None:
             raise MpisphError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
         return session.go_on(case, status)
-
-
-def case_in(folder: Path) -> Case:
-    """Return the case of the run in a folder.
-
-    Raises
-    ------
-    MpisphError
-        If there is none.
-    """
-    if not (folder / CASE_FILE).exists():
-        raise MpisphError(f"{folder}: no {CASE_FILE}; is it a run's folder?")
-    return load_case(folder / CASE_FILE)
 
 
 def _status_of(case: Case, folder: Path) -> Status | None:
@@ -190,12 +178,12 @@ class _Session:
         comm: MPI.Intracomm,
         folder: Path,
         console: Console | None,
-        guard: Guard | None,
+        signals: SignalHandler | None,
     ) -> None:
         self.comm = comm
         self.folder = folder
         self.console = console or open_console(stderr=True)
-        self.guard = guard or Guard()
+        self.signals = signals or SignalHandler()
 
     def say(self, text: str) -> None:
         """Print a line, once for all ranks."""
@@ -208,7 +196,7 @@ class _Session:
         status = StatusFile(self.comm, self.folder, case.end_time, starts=1)
         # First of all: what is there then no longer counts as a run that has ended.
         status.write("running", 0, 0.0)
-        on_root(self.comm, lambda: _clear_away(self.folder))
+        on_root(self.comm, lambda: clear_away(self.folder))
         return self._work(case, status, resuming=False)
 
     def go_on(self, case: Case, before: Status) -> Result:
@@ -222,20 +210,20 @@ class _Session:
                 on_root(self.comm, lambda: remove_checkpoints(self.folder))
             return from_root(self.comm, lambda: _read_result(self.folder))
         check_memory(case, self.comm)
-        on_root(self.comm, lambda: _remove_parts(self.folder))
+        on_root(self.comm, lambda: remove_parts(self.folder))
         starts = before.starts + 1
         status = StatusFile(self.comm, self.folder, case.end_time, starts)
         return self._work(case, status, resuming=True)
 
     def _work(self, case: Case, status: StatusFile, resuming: bool) -> Result:
         """Run a case from its start or from a checkpoint, and see to its end."""
-        with self.guard.working_in(self.folder, status.fail):
+        with self.signals.working_in(self.folder, status.fail):
             try:
                 path, text = self.folder / CASE_FILE, case.to_toml()
                 on_root(self.comm, lambda: write_text(path, text))
                 return self._run(case, status, resuming)
             except (MpisphError, CollectiveError) as error:
-                # What one rank alone meets is for `Guard.end_all_ranks`.
+                # What one rank alone meets is for `SignalHandler.end_all_ranks`.
                 if self.comm.rank == 0:
                     self._take_down(error, status)
                 raise
@@ -267,13 +255,13 @@ class _Session:
                 Progress(self.comm, case.end_time, self.console, log=log)
             )
             provenance = from_root(self.comm, _provenance)
-            recorder = Recorder(
+            output = RunOutput(
                 sim, self.folder, history, progress, log, provenance, state
             )
             if state is not None:
-                _warn_of_changes(recorder, state, kept)
-            keeper = Keeper(sim, recorder, status, self.guard)
-            result = self._step_to_end(sim, recorder, keeper, status)
+                _warn_of_changes(output, state, kept)
+            checkpointing = CheckpointPolicy(sim, output, status, self.signals)
+            result = self._step_to_end(sim, output, checkpointing, status)
         if result.status != "stopped" and case.output.figures:
             self._draw()
         return result
@@ -307,25 +295,29 @@ class _Session:
         log.say(f"compiled code at hand after {time.perf_counter() - begin:.2f} s")
 
     def _step_to_end(
-        self, sim: Simulation, recorder: Recorder, keeper: Keeper, status: StatusFile
+        self,
+        sim: Simulation,
+        output: RunOutput,
+        checkpointing: CheckpointPolicy,
+        status: StatusFile,
     ) -> Result:
         """Make all steps, write how they ended, and return it."""
         ending: Ending = "completed"
         failure = None
         try:
-            step_to_end(sim, recorder, keeper)
+            step_to_end(sim, output, checkpointing)
         except UnstableError as error:
             ending, failure = "unstable", error
-            recorder.log.say(str(error))
-            recorder.save(sim)
+            output.log.say(str(error))
+            output.save(sim)
         except StopRequested as request:
             text = str(request)
             status.write("stopped", sim.step, sim.time, text)
-            recorder.log.say(f"stopped at step {sim.step}: {text}")
-            return recorder.conclude(sim, "stopped", reason=text)
-        recorder.write_last_row(sim)
-        result = recorder.conclude(sim, ending, failure)
-        recorder.log.say(f"{ending}: {sim.step} steps in {recorder.wall:.2f} s")
+            output.log.say(f"stopped at step {sim.step}: {text}")
+            return output.conclude(sim, "stopped", reason=text)
+        output.write_last_row(sim)
+        result = output.conclude(sim, ending, failure)
+        output.log.say(f"{ending}: {sim.step} steps in {output.wall:.2f} s")
         on_root(self.comm, lambda: write_result(self.folder, result))
         status.write(ending, sim.step, sim.time, result.reason)
         if ending == "completed":  # what is unstable may be looked into
@@ -343,15 +335,15 @@ class _Session:
             self.say(f"warning: no figures: {error}; see `mpisph figures`")
 
 
-def _warn_of_changes(recorder: Recorder, state: RunState, kept: int) -> None:
+def _warn_of_changes(output: RunOutput, state: RunState, kept: int) -> None:
     """Say what is no longer as it was when the checkpoint was written."""
-    if state.provenance != recorder.provenance:
-        recorder.warn(
+    if state.provenance != output.provenance:
+        output.warn(
             "the checkpoint was written by other software (see `provenance` in it): "
             "the bits may differ from those of one run"
         )
     if kept != state.history_bytes:
-        recorder.warn("history.csv is not as it was written: it begins anew")
+        output.warn("history.csv is not as it was written: it begins anew")
 
 
 def _understood(path: Path, checkpoint: Checkpoint, case: Case) -> RunState:
@@ -391,30 +383,3 @@ def _read_result(folder: Path) -> Result:
 
 def _provenance() -> dict[str, str]:
     return {"revision": git_revision(), **versions()}
-
-
-def _clear_away(folder: Path) -> None:
-    """Remove the files of an earlier run; first what it could be gone on with from."""
-    (folder / CASE_FILE).unlink(missing_ok=True)
-    remove_checkpoints(folder)
-    stale = [
-        *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*"),
-        *(folder / "figures").glob("cloud_*.png"),
-        folder / SERIES_FILE,
-        folder / RESULT_FILE,
-    ]
-    for path in stale:
-        path.unlink(missing_ok=True)
-    _remove_parts(folder)
-
-
-def _remove_parts(folder: Path) -> None:
-    """Remove what was left of files when a run was killed."""
-    names = (CASE_FILE, HISTORY_FILE, RESULT_FILE, SERIES_FILE, STATUS_FILE)
-    parts = [
-        *(path for name in names for path in folder.glob(f"{name}.*.part")),
-        *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*.part"),
-        *(folder / CHECKPOINTS_FOLDER).glob("checkpoint_*.part"),
-    ]
-    for path in parts:
-        path.unlink(missing_ok=True)

@@ -28,10 +28,10 @@ STOP_FILE = "stop"
 """Name of the file in a run's folder that keeps the run from going on."""
 
 
-class Wish(IntEnum):
-    """What a rank asks for before a step; the largest wish of all ranks counts.
+class StopRequest(IntEnum):
+    """What a rank asks for before a step; the largest stop_request of all ranks counts.
 
-    A signal's wish is `SIGNAL` and its number.
+    A signal's stop_request is `SIGNAL` and its number.
     """
 
     NOTHING = 0
@@ -48,21 +48,21 @@ TURN = 0.3
 """How long a rank waits for each lower one to speak first [s]."""
 
 
-def is_stop(wish: int) -> bool:
-    """Say whether a wish is one to stop."""
-    return wish > Wish.CHECKPOINT
+def is_stop(stop_request: int) -> bool:
+    """Say whether a stop_request is one to stop."""
+    return stop_request > StopRequest.CHECKPOINT
 
 
-def reason(wish: int) -> str:
+def reason(stop_request: int) -> str:
     """Return why a run stops, for people."""
-    if wish == Wish.STOP_FILE:
+    if stop_request == StopRequest.STOP_FILE:
         return f"file {STOP_FILE}"
-    if wish == Wish.WALL_TIME:
+    if stop_request == StopRequest.WALL_TIME:
         return "wall-time limit"
-    return f"signal {signal.Signals(wish - Wish.SIGNAL).name}"
+    return f"signal {signal.Signals(stop_request - StopRequest.SIGNAL).name}"
 
 
-class Guard:
+class SignalHandler:
     """Watches what may end this process's run before its time.
 
     Attributes
@@ -87,9 +87,13 @@ class Guard:
             return float("inf")
         return self._deadline - time.monotonic()
 
-    def signal_wish(self) -> int:
-        """Return the wish to stop that a signal has brought, or that for nothing."""
-        return Wish.NOTHING if self._signal is None else Wish.SIGNAL + self._signal
+    def signal_request(self) -> int:
+        """Return the request to stop that a signal has brought, or that for nothing."""
+        return (
+            StopRequest.NOTHING
+            if self._signal is None
+            else StopRequest.SIGNAL + self._signal
+        )
 
     @contextmanager
     def heeding_signals(self, comm: MPI.Intracomm) -> Iterator[None]:

@@ -12,7 +12,7 @@ from mpisph.core.errors import CaseError, Problem
 from mpisph.core.memory import total_memory
 from mpisph.core.particles import INTEGRATED, LABELS, VALUES
 from mpisph.parallel.collectives import raise_together
-from mpisph.sph.pair_records import RING_FIELDS
+from mpisph.sph.pair_records import RECORD_FIELDS
 from mpisph.sph.sources import EXCHANGED
 from mpisph.sph.timestep import VISCOUS_SHARE
 
@@ -25,7 +25,7 @@ RANK_BYTES = 2.0e8
 compiled code (measured). Compiling takes half as much again."""
 
 PARTICLE_BYTES = 8.0 * (
-    len(LABELS) + len(VALUES) + len(INTEGRATED) + 3 * len(EXCHANGED) + RING_FIELDS
+    len(LABELS) + len(VALUES) + len(INTEGRATED) + 3 * len(EXCHANGED) + RECORD_FIELDS
 )
 """Memory of a particle at the peak, in the pair loop: its state, what is predicted,
 exchanged and sorted, and its record. Measured: 740 to 756 bytes."""

@@ -10,7 +10,8 @@ from mpi4py import MPI
 
 from mpisph.case import case_from_dict
 from mpisph.core.jit import is_compiled, mark_compiled, prune_cache
-from mpisph.solver.simulation import advance, rebalance, start, survey
+from mpisph.solver.start import start
+from mpisph.solver.step import advance, rebalance, reduce_state
 
 TINY = {
     "title": "two plates, to compile with",
@@ -57,6 +58,6 @@ def run_tiny_case() -> None:
     """Make two steps of a tiny case on this rank alone."""
     sim = start(case_from_dict(TINY), MPI.COMM_SELF)
     for _ in range(2):
-        found = survey(sim)
-        advance(sim, 1e-10, found.claims)
+        found = reduce_state(sim)
+        advance(sim, 1e-10, found.rank_boxes)
         rebalance(sim, found.work)

@@ -25,7 +25,7 @@ more candidates, smaller ones more runs: with 1.5, 2, 2.5, 3 and 4 a pair took 1
 LEVEL_BITS, AXIS_BITS = 6, 28
 MAX_LEVEL = 2 ** (LEVEL_BITS - 1) - 1
 MAX_CELL = 2 ** (AXIS_BITS - 1) - 1
-SLACK = 1.0 + 1e-9
+REACH_SLACK = 1.0 + 1e-9
 """Widens the search box against rounding; the exact test alone decides."""
 
 
@@ -246,14 +246,14 @@ def candidate_runs(cells, r_a, z_a, h_a, kappa, runs):
     for lev in range(cells.levels.shape[0]):
         size = cells.levels[lev, 0]
         per_size = 1.0 / size
-        reach = 0.5 * kappa * (h_a + cells.levels[lev, 1]) * SLACK
+        reach = 0.5 * kappa * (h_a + cells.levels[lev, 1]) * REACH_SLACK
         first, n_rows, base = cells.rows[lev]
         low = max(math.floor((z_a - reach) * per_size), first)
         high = min(math.floor((z_a + reach) * per_size), first + n_rows - 1)
         for iz in range(low, high + 1):
             ir_0, n_cells, cell = cells.columns[base + iz - first]
             gap = max(iz * size - z_a, z_a - (iz + 1) * size, 0.0)
-            half = math.sqrt(max(reach * reach - gap * gap, 0.0)) * SLACK
+            half = math.sqrt(max(reach * reach - gap * gap, 0.0)) * REACH_SLACK
             left = max(math.floor((r_a - half) * per_size) - ir_0, 0)
             right = min(math.floor((r_a + half) * per_size) - ir_0, n_cells - 1)
             if left <= right:

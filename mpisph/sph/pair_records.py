@@ -13,7 +13,7 @@ TINY_RADIUS = 1e-150
 """Keeps 1/r finite for a particle on the axis [m]."""
 
 
-class Ring(NamedTuple):
+class PairRecord(NamedTuple):
     """What a pair needs to know of one ring, SI units.
 
     Chosen so that the loop over pairs multiplies little: `half_h` and `half_rho` add up
@@ -40,12 +40,12 @@ class Ring(NamedTuple):
     s_rz: float
 
 
-RING_FIELDS = len(Ring._fields)
+RECORD_FIELDS = len(PairRecord._fields)
 
 
 @njit(**EXACT)
-def ring_records(sources, order, table, scheme, records):
-    """Write the records of `Ring` in the global order.
+def write_pair_records(sources, order, table, scheme, records):
+    """Write the records of `PairRecord` in the global order.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def ring_records(sources, order, table, scheme, records):
         Puts them into the global order.
     table : structured ndarray
         Material constants.
-    scheme : Scheme
+    scheme : SchemeConstants
     records : ndarray, shape (n, 16)
         Written: a row is two cache lines.
     """
@@ -86,10 +86,10 @@ def ring_records(sources, order, table, scheme, records):
 
 
 @njit(**EXACT)
-def ring_at(records, i):
-    """Return record `i` as a `Ring`."""
+def record_at(records, i):
+    """Return record `i` as a `PairRecord`."""
     x = records[i]
-    return Ring(
+    return PairRecord(
         x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7],
         x[8], x[9], x[10], x[11], x[12], x[13], x[14], x[15],
     )  # fmt: skip

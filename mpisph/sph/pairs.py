@@ -15,7 +15,7 @@ from mpisph.core.jit import EXACT, INLINE
 from mpisph.physics.heat import heat_flow
 from mpisph.physics.kernel import XI_FAR, ring_averages, ring_averages_far
 from mpisph.physics.viscosity import approach, separation2, viscous_pressure
-from mpisph.sph.pair_records import RING_FIELDS, Ring, ring_at
+from mpisph.sph.pair_records import RECORD_FIELDS, PairRecord, record_at
 
 LANES = 8
 """Lists are filled up to a multiple of this with rings of no mass: what a vector leaves
@@ -25,7 +25,7 @@ GROUP = 4
 """Fields that stand side by side in the buffer: one copy moves them, and the loop takes
 them apart by shuffles. Copied one by one, the fields cost 5 ns a pair instead of 2."""
 
-MASS = Ring._fields.index("m_F") % GROUP
+MASS = PairRecord._fields.index("m_F") % GROUP
 """Place of m_F in its group."""
 
 
@@ -59,7 +59,7 @@ def make_buffer(candidates):
     apart would fall on the same lines of the first-level cache.
     """
     lines = (candidates + LANES + 1) // 2
-    return np.empty((RING_FIELDS // GROUP, 2 * (lines + 1 - lines % 2), GROUP))
+    return np.empty((RECORD_FIELDS // GROUP, 2 * (lines + 1 - lines % 2), GROUP))
 
 
 @njit(**EXACT)
@@ -86,7 +86,7 @@ def pack_neighbours(records, index, n, rows):
         index[k] = index[0]
     place, motion, state, stress = rows[0], rows[1], rows[2], rows[3]
     for k in range(padded):
-        x = ring_at(records, np.uint64(index[k]))
+        x = record_at(records, np.uint64(index[k]))
         _put(x, np.uint64(k), place, motion, state, stress)
     for k in range(n, padded):
         motion[k, MASS] = 0.0
@@ -112,7 +112,7 @@ def pair_terms(a, b, kernel, dr, dz, d2, h, scheme):
 
     Parameters
     ----------
-    a, b : Ring
+    a, b : PairRecord
     kernel : tuple of float
         ``m_b F`` times A0, A1 and s2; q and ratio (R1).
     dr, dz, d2 : float
@@ -168,12 +168,12 @@ def pair_sums(a, buffer, n, scheme, near_axis):
 
     Parameters
     ----------
-    a : Ring
+    a : PairRecord
     buffer : ndarray, shape (4, >= 4 n)
         The packed neighbours.
     n : int
         A multiple of `LANES`.
-    scheme : Scheme
+    scheme : SchemeConstants
     near_axis : None or bool
         None compiles the loop for rings with xi >= XI_FAR only.
 
@@ -190,7 +190,7 @@ def pair_sums(a, buffer, n, scheme, near_axis):
     du_r = du_z = heat = 0.0
     close = 0.0
     for k in range(n):
-        b = Ring(
+        b = PairRecord(
             place[4 * k], place[4 * k + 1], place[4 * k + 2], place[4 * k + 3],
             motion[4 * k], motion[4 * k + 1], motion[4 * k + 2], motion[4 * k + 3],
             state[4 * k], state[4 * k + 1], state[4 * k + 2], state[4 * k + 3],

@@ -19,8 +19,8 @@ import numpy as np
 from numba import njit
 
 from mpisph.core.jit import EXACT
-from mpisph.sph.neighbours import SLACK, split_key
-from mpisph.sph.pair_records import ring_at
+from mpisph.sph.neighbours import REACH_SLACK, split_key
+from mpisph.sph.pair_records import record_at
 
 REST = 1e-20
 """Rates below this, in units of c^2/h for an acceleration, do not move calm matter."""
@@ -33,7 +33,7 @@ def calm_particles(records):
     Parameters
     ----------
     records : ndarray, shape (n, 16)
-        As of `records.Ring`, in the global order.
+        As of `records.PairRecord`, in the global order.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def calm_particles(records):
     next_change = np.empty(n + 1, np.int64)
     next_change[n] = n
     for i in range(n - 1, -1, -1):
-        ring = ring_at(records, i)
+        ring = record_at(records, i)
         calm[i] = (
             ring.u_r == 0.0
             and ring.E == 0.0
@@ -56,7 +56,7 @@ def calm_particles(records):
             and ring.s_zz == 0.0
             and ring.s_rz == 0.0
         )
-        same = i > 0 and ring.u_z == ring_at(records, i - 1).u_z
+        same = i > 0 and ring.u_z == record_at(records, i - 1).u_z
         next_change[i] = next_change[i + 1] if calm[i] and same else i
     return calm, next_change
 
@@ -69,7 +69,7 @@ def cell_reach(cells, lattice, i):
     coarsest = 0.0
     for lev in range(cells.levels.shape[0]):
         coarsest = max(coarsest, cells.levels[lev, 1])
-    reach = 0.5 * lattice.kappa * (2.0 * lattice.h_ref * scale + coarsest) * SLACK
+    reach = 0.5 * lattice.kappa * (2.0 * lattice.h_ref * scale + coarsest) * REACH_SLACK
     return (ir + 1) * lattice.size * scale + reach
 
 
@@ -99,14 +99,14 @@ def quiescent_until(cells, lattice, i, records, calm, next_change):
     if not calm[i]:
         return 0.0
     level, iz_a, ir_a = split_key(cells.keys[i])
-    u_z = ring_at(records, i).u_z
+    u_z = record_at(records, i).u_z
     size_a = lattice.size * 2.0**level
     h_a = 2.0 * lattice.h_ref * 2.0**level
     needed = cell_reach(cells, lattice, i)
     until = math.inf
     for lev in range(cells.levels.shape[0]):
         size = cells.levels[lev, 0]
-        reach = 0.5 * lattice.kappa * (h_a + cells.levels[lev, 1]) * SLACK
+        reach = 0.5 * lattice.kappa * (h_a + cells.levels[lev, 1]) * REACH_SLACK
         first, n_rows, base = cells.rows[lev]
         low = max(math.floor((iz_a * size_a - reach) / size), first)
         high = min(math.floor(((iz_a + 1) * size_a + reach) / size), first + n_rows - 1)
@@ -121,7 +121,7 @@ def quiescent_until(cells, lattice, i, records, calm, next_change):
             if begin == end:
                 continue
             changed = begin
-            if calm[begin] and ring_at(records, begin).u_z == u_z:
+            if calm[begin] and record_at(records, begin).u_z == u_z:
                 changed = next_change[begin + 1]
             if changed < end:
                 until = min(until, split_key(cells.keys[changed])[2] * size)

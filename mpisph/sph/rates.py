@@ -15,7 +15,7 @@ from mpisph.core.particles import FloatArray
 from mpisph.physics.eos import bulk_sound_speed
 from mpisph.physics.kernel import lies_near_axis
 from mpisph.physics.response import MaterialTable
-from mpisph.physics.scheme import Scheme
+from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import smoothing_rate
 from mpisph.physics.strength import jaumann_rate
 from mpisph.sph.neighbours import (
@@ -25,7 +25,7 @@ from mpisph.sph.neighbours import (
     find_neighbours,
     row_of,
 )
-from mpisph.sph.pair_records import RING_FIELDS, ring_at, ring_records
+from mpisph.sph.pair_records import RECORD_FIELDS, record_at, write_pair_records
 from mpisph.sph.pairs import LANES, heating, make_buffer, pack_neighbours, pair_sums
 from mpisph.sph.quiescence import (
     calm_particles,
@@ -102,7 +102,7 @@ def _update_rates(
             records, runs, n_runs, i, scheme.kappa, scheme.self_term, index
         )
         padded = pack_neighbours(records, index, n, rows)
-        a = ring_at(records, i)
+        a = record_at(records, i)
         near_axis = lies_near_axis(a.r, 2.0 * a.half_h, scheme.kappa)
         if not near_axis:
             sums, close = pair_sums(a, buffer, padded, scheme, None)
@@ -125,7 +125,7 @@ def update_rates(
     cells: CellOrder,
     lattice: Lattice,
     table: MaterialTable,
-    scheme: Scheme,
+    scheme: SchemeConstants,
     rates: FloatArray,
     div: FloatArray,
     count: FloatArray,
@@ -142,7 +142,7 @@ def update_rates(
     lattice : Lattice
     table : structured ndarray
         Material constants.
-    scheme : Scheme
+    scheme : SchemeConstants
     rates : ndarray, shape (8, n)
         Written: rates of u_r, u_z, rho, E, S_rr, S_zz, S_rz, h.
     div, count : ndarray, shape (n,)
@@ -158,8 +158,8 @@ def update_rates(
     """
     # Allocated here: NumPy asks for large pages, Numba does not, and records of 350 000
     # particles then take four times as long to write.
-    records = np.empty((cells.order.size, RING_FIELDS))
-    ring_records(sources, cells.order, table, scheme, records)
+    records = np.empty((cells.order.size, RECORD_FIELDS))
+    write_pair_records(sources, cells.order, table, scheme, records)
     return int(
         _update_rates(
             sources, records, cells, lattice, table, scheme, skip_quiescent,

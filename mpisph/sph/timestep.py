@@ -10,7 +10,7 @@ from numba import njit
 
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import Particles
-from mpisph.physics.scheme import Scheme
+from mpisph.physics.scheme import SchemeConstants
 
 VISCOUS_SHARE = 0.6
 """Share of the viscous signal speed in the Courant limit (Monaghan 1989, J. Comp.
@@ -61,13 +61,13 @@ def _limits(ids, h, c, div, du_r, du_z, dh, alpha, beta):
     return smallest, where
 
 
-def local_limit(p: Particles, scheme: Scheme) -> tuple[float, int]:
+def local_limit(p: Particles, scheme: SchemeConstants) -> tuple[float, int]:
     """Return the smallest limit among the owned particles, without Courant factor.
 
     Parameters
     ----------
     p : Particles
-    scheme : Scheme
+    scheme : SchemeConstants
 
     Returns
     -------

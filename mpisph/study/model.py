@@ -12,8 +12,8 @@ from pydantic import Field, ValidationError, model_validator
 
 from mpisph.case import Case, CaseSource
 from mpisph.case.identity import case_key
-from mpisph.case.problems import Origins, integer_problems
 from mpisph.core.errors import CaseError, Problem
+from mpisph.inputs.findings import Origins, integer_problems
 from mpisph.inputs.quantities import (
     Description,
     FrozenModel,

@@ -23,7 +23,7 @@ from mpisph.io.lock import in_use
 from mpisph.io.status import FINAL, StatusFile
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.run.session import run
-from mpisph.run.signals import STOP_FILE, Guard, Wish
+from mpisph.run.signals import STOP_FILE, SignalHandler, StopRequest
 from mpisph.solver.estimate import estimate
 from mpisph.solver.warmup import warm_up
 from mpisph.study.counter import SharedCounters
@@ -100,7 +100,7 @@ def run_study(
     *,
     ranks_per_case: int = 1,
     part: Part | None = None,
-    guard: Guard | None = None,
+    signals: SignalHandler | None = None,
 ) -> Outcome:
     """Run all cases of a study that have not ended yet; collective.
 
@@ -117,7 +117,7 @@ def run_study(
         Ranks of one case. The last group has what is left over.
     part : Part, optional
         By default all cases in turn.
-    guard : Guard, optional
+    signals : SignalHandler, optional
         Signals and limits to heed.
 
     Returns
@@ -136,7 +136,7 @@ def run_study(
         raise MpisphError(
             f"{ranks_per_case} ranks for each case, but mpirun started {comm.size}"
         )
-    guard = guard or Guard()
+    signals = signals or SignalHandler()
     folder = study_folder(root, study)
     on_root(comm, lambda: _keep_copy(study, folder))
     warm_up(comm)
@@ -148,7 +148,7 @@ def run_study(
         here = counters.here if comm.rank == 0 else np.zeros(N_COUNTERS, np.int64)
         works = [run.work for run in todo]
         with StudyProgress(comm, console, here, works, groups):
-            _take_cases(todo, group, counters, guard, folder)
+            _take_cases(todo, group, counters, signals, folder)
             comm.Barrier()
         stopped = bool(counters.add(STOP, 0))
     group.Free()
@@ -204,14 +204,14 @@ def _take_cases(
     todo: Sequence[_Todo],
     group: MPI.Intracomm,
     counters: SharedCounters,
-    guard: Guard,
+    signals: SignalHandler,
     folder: Path,
 ) -> None:
     """Run one case after the other, until there are none or the study is to stop."""
     while True:
         taken = -1
         # Any rank may have had the signal.
-        is_to_stop = group.allreduce(_is_to_stop(guard, folder), MPI.LOR)
+        is_to_stop = group.allreduce(_is_to_stop(signals, folder), MPI.LOR)
         if group.rank == 0:
             if is_to_stop:
                 counters.add(STOP)
@@ -220,28 +220,28 @@ def _take_cases(
         taken = group.bcast(taken)
         if not 0 <= taken < len(todo):
             return
-        ending = _run_one(todo[taken], group, guard)
+        ending = _run_one(todo[taken], group, signals)
         if group.rank == 0:
             counters.add(ending)
             counters.add(WORK, todo[taken].work)
 
 
-def _is_to_stop(guard: Guard, folder: Path) -> bool:
+def _is_to_stop(signals: SignalHandler, folder: Path) -> bool:
     """Say whether a signal, the wall time or the file ``stop`` ends the study."""
     return (
-        guard.signal_wish() != Wish.NOTHING
-        or guard.time_left() <= 0.0
+        signals.signal_request() != StopRequest.NOTHING
+        or signals.time_left() <= 0.0
         or (folder / STOP_FILE).exists()
     )
 
 
-def _run_one(todo: _Todo, group: MPI.Intracomm, guard: Guard) -> int:
+def _run_one(todo: _Todo, group: MPI.Intracomm, signals: SignalHandler) -> int:
     """Run a case and return the counter of its ending; collective over the group."""
     busy = from_root(group, lambda: in_use(todo.folder))
     if busy:
         return LEFT
     try:
-        result = run(todo.case, group, todo.folder, _QUIET, guard=guard)
+        result = run(todo.case, group, todo.folder, _QUIET, signals=signals)
     except (MpisphError, CollectiveError) as error:
         _take_down(f"{error}", todo, group)
         return FAILED
@@ -249,7 +249,7 @@ def _run_one(todo: _Todo, group: MPI.Intracomm, guard: Guard) -> int:
         # Alone in its group, a rank leaves nobody waiting.
         if group.size > 1:
             raise
-        _take_down(guard.described(error), todo, group)
+        _take_down(signals.described(error), todo, group)
         return FAILED
     return {"completed": COMPLETED, "unstable": UNSTABLE}.get(result.status, LEFT)
 

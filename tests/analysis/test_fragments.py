@@ -5,7 +5,7 @@ import pytest
 
 import mpisph.analysis.fragments
 from mpisph.analysis.fragments import CONTACT, find_fragments
-from mpisph.diagnostics.diagnostics import CloudDefinition
+from mpisph.diagnostics.cloud import CloudDefinition
 
 DEFINITION = CloudDefinition(rear=0.0, min_velocity=500.0, quantile=0.99)
 DX = 0.5e-3

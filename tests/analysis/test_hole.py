@@ -7,7 +7,7 @@ from launch import CASES
 from mpisph.analysis.hole import maiden_diameter, measure_hole, nysmith_diameter
 from mpisph.case import load_case
 from mpisph.case.discretise import discretise
-from mpisph.diagnostics.diagnostics import cloud_definition, target_plate
+from mpisph.diagnostics.cloud import cloud_definition, target_plate
 
 
 @pytest.fixture(scope="module")

@@ -1,9 +1,9 @@
-"""Sections of rings: the volume that they sweep out, by Pappus and by cylinders."""
+"""RingSections of rings: the volume that they sweep out, by Pappus and by cylinders."""
 
 import numpy as np
 import pytest
 
-from mpisph.analysis.ring_sections import sections
+from mpisph.analysis.ring_sections import ring_sections
 
 
 def rings(r, volume, rho=2700.0):
@@ -18,7 +18,7 @@ def test_the_section_turned_about_the_axis_holds_the_mass():
         "m": rng.uniform(1e-9, 1e-6, 500),
         "rho": rng.uniform(50.0, 4000.0, 500),
     }
-    ring = sections(arrays)
+    ring = ring_sections(arrays)
     volume = np.pi * (ring.outer**2 - ring.inner**2) * ring.side
     assert (ring.inner == 0.0).sum() > 20, "discs are among them"
     assert (ring.inner > 0.0).sum() > 20
@@ -27,19 +27,19 @@ def test_the_section_turned_about_the_axis_holds_the_mass():
 
 
 def test_away_from_the_axis_the_section_is_a_square_around_the_particle():
-    ring = sections(rings(7e-3, 2 * np.pi * 7e-3 * 0.5e-3**2))
+    ring = ring_sections(rings(7e-3, 2 * np.pi * 7e-3 * 0.5e-3**2))
     assert ring.side[0] == pytest.approx(0.5e-3)
     assert ring.inner[0] == pytest.approx(6.75e-3)
 
 
 def test_at_the_axis_it_is_a_disc_as_high_as_its_radius():
-    ring = sections(rings([0.0, 0.1e-3], np.pi * 1e-9))
+    ring = ring_sections(rings([0.0, 0.1e-3], np.pi * 1e-9))
     assert ring.inner.tolist() == [0.0, 0.0]
     assert ring.side == pytest.approx([1e-3, 1e-3])
     assert ring.outer == pytest.approx([1e-3, 1e-3])
 
 
 def test_disc_and_square_meet():
-    near = sections(rings([0.5e-3 - 1e-12, 0.5e-3 + 1e-12], np.pi * 1e-9))
+    near = ring_sections(rings([0.5e-3 - 1e-12, 0.5e-3 + 1e-12], np.pi * 1e-9))
     assert near.side == pytest.approx([1e-3, 1e-3], rel=1e-8)
     assert near.outer == pytest.approx([1e-3, 1e-3], rel=1e-8)

@@ -24,8 +24,8 @@ from mpisph.bench.tables import tables
 from mpisph.case import load_case
 from mpisph.core.errors import MpisphError
 from mpisph.io.snapshot import read_snapshot
-from mpisph.parallel.collectives import gather_all
-from mpisph.solver.simulation import start
+from mpisph.parallel.redistribution import gather_all
+from mpisph.solver.start import start
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 TINY = ("--npr", "4", "--late", "0.3us", "--repeats", "1", "--steps", "2")
@@ -63,11 +63,11 @@ def test_every_scene_is_measured_with_strong_and_weak_scaling(record):
 
 
 def test_phases_are_parts_of_the_step(record):
-    phases = {"survey", "materials", "halo", "neighbours", "pair loop", "stepping"}
+    timers = {"reduction", "materials", "halo", "neighbours", "pair loop", "stepping"}
     for m in record.measurements:
-        assert phases <= set(m.phases)
-        assert 0.0 < sum(s.median for s in m.phases.values())
-        assert sum(s.median for s in m.phases.values()) <= m.interaction_ns.median
+        assert timers <= set(m.timers)
+        assert 0.0 < sum(s.median for s in m.timers.values())
+        assert sum(s.median for s in m.timers.values()) <= m.interaction_ns.median
         whole = 1e-6 * m.interaction_ns.median * m.interactions / m.ranks
         assert m.step_ms.median == pytest.approx(whole)
         assert m.snapshot_ms > 0.0

@@ -19,9 +19,10 @@ from mpisph.bench.scaling import (
     step_times,
 )
 from mpisph.case import load_case
-from mpisph.parallel.decomposition import equal_work_cut, owners, work_of
+from mpisph.parallel.decomposition import equal_work_cut, owners
 from mpisph.parallel.halo import reach
-from mpisph.solver.simulation import start
+from mpisph.parallel.load_balance import work_of
+from mpisph.solver.start import start
 from mpisph.sph.sources import EXCHANGED
 
 SHOT = CASES / "piekutowski-4-1353.toml"

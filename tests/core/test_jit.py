@@ -24,7 +24,7 @@ def package(tmp_path):
 
 
 def digest_of(package, monkeypatch):
-    monkeypatch.setattr(jit, "__file__", str(package / "jit.py"))
+    monkeypatch.setattr(jit, "__file__", str(package / "core" / "jit.py"))
     return jit.source_digest()
 
 
@@ -36,12 +36,31 @@ def test_the_digest_is_that_of_the_sources(package, monkeypatch):
     assert digest_of(package, monkeypatch) == unchanged
 
 
-@pytest.mark.parametrize("name", ["eos.py", "kernel.py", "jit.py", "case/model.py"])
-def test_the_digest_follows_every_source(package, monkeypatch, name):
+@pytest.mark.parametrize(
+    ("name", "counts"),
+    [
+        ("physics/kernel.py", True),
+        ("core/jit.py", True),
+        ("sph/pairs.py", True),
+        ("case/model.py", False),
+        ("report/page.py", False),
+    ],
+)
+def test_the_digest_follows_the_numeric_sources(package, monkeypatch, name, counts):
     before = digest_of(package, monkeypatch)
     path = package / name
     path.write_text(path.read_text() + "\n")
-    assert digest_of(package, monkeypatch) != before
+    assert (digest_of(package, monkeypatch) != before) == counts
+
+
+def test_all_that_is_compiled_lies_in_the_numeric_folders():
+    jitted = {
+        path.relative_to(PACKAGE).parts[0]
+        for path in PACKAGE.rglob("*.py")
+        if "njit(" in path.read_text(encoding="utf-8")
+    }
+    assert jitted
+    assert jitted <= set(jit.NUMERIC_FOLDERS)
 
 
 def test_the_digest_follows_the_compiler(monkeypatch):
@@ -134,15 +153,15 @@ def test_only_the_folders_last_used_are_kept(tmp_path, monkeypatch):
 
 def test_the_stamp_follows_what_numba_looks_at(package, monkeypatch):
     """Numba compiles again where a file is newer or elsewhere, whatever it says."""
-    monkeypatch.setattr(jit, "__file__", str(package / "jit.py"))
+    monkeypatch.setattr(jit, "__file__", str(package / "core" / "jit.py"))
     here = jit.source_stamp()
     assert here == jit.source_stamp()
-    os.utime(package / "eos.py", (1e9, 1e9))
+    os.utime(package / "physics" / "kernel.py", (1e9, 1e9))
     newer = jit.source_stamp()
     assert newer != here
     moved = package.with_name("moved")
     package.rename(moved)
-    monkeypatch.setattr(jit, "__file__", str(moved / "jit.py"))
+    monkeypatch.setattr(jit, "__file__", str(moved / "core" / "jit.py"))
     assert jit.source_stamp() not in (here, newer)
 
 
@@ -168,18 +187,3 @@ def test_clearing_removes_compiled_code_alone(tmp_path, monkeypatch):
     jit.clear_cache()
     assert [path.name for path in tmp_path.iterdir()] == ["bench"]
     assert jit.cache_size() == 0
-
-
-def test_scipy_is_left_out_and_can_still_be_imported():
-    code = """
-import sys
-import mpisph.core.jit
-assert "numba.np.arraymath" in sys.modules
-assert "scipy.linalg" not in sys.modules
-import scipy.linalg
-print(scipy.linalg.norm([3.0, 4.0]))
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
-    assert float(done.stdout) == 5.0

@@ -10,22 +10,20 @@ from mpi4py import MPI
 from mpisph.case import load_case
 from mpisph.case.sections import Exposure
 from mpisph.core.particles import Particles
-from mpisph.diagnostics.diagnostics import (
-    TOTALS,
+from mpisph.diagnostics.cloud import (
     CloudDefinition,
     CloudMeasure,
     cloud_definition,
     cloud_size,
     compare,
-    conservation_errors,
     impact_velocity,
     in_cloud,
     local_extent,
     measure_arrays,
     measure_cloud,
     rear_face,
-    totals,
 )
+from mpisph.diagnostics.conservation import TOTALS, conservation_errors, totals
 
 SELF = MPI.COMM_SELF
 DEFINITION = CloudDefinition(rear=4e-3, min_velocity=600.0, quantile=0.9)

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from mpisph.case import load_case
 from mpisph.core.particles import Particles
-from mpisph.diagnostics.diagnostics import CloudMeasure
+from mpisph.diagnostics.cloud import CloudMeasure
 from mpisph.figures.cloud import draw_cloud, draw_run, exposure_at
 from mpisph.figures.style import BODY_COLOURS
 from mpisph.io.snapshot import write_snapshot

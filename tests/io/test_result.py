@@ -7,7 +7,7 @@ from launch import CASES
 from rich.console import Console
 
 from mpisph.case import load_case
-from mpisph.diagnostics.diagnostics import CloudMeasure
+from mpisph.diagnostics.cloud import CloudMeasure
 from mpisph.io.result import (
     CloudRecord,
     Conservation,
@@ -54,7 +54,7 @@ def result(case, clouds):
             wall=1.0,
             step_ms=1.0,
             interaction_ns=20.0,
-            phases={"pair loop": 0.5},
+            timers={"pair loop": 0.5},
         ),
         versions={"numpy": "2"},
         revision="unknown",

@@ -14,17 +14,9 @@ from mpi4py import MPI
 
 from mpisph.core.errors import CollectiveError
 from mpisph.core.particles import Particles
-from mpisph.parallel.collectives import (
-    CHUNKS,
-    block_starts,
-    by_id_blocks,
-    caught,
-    fixed_point_chunks,
-    from_chunks,
-    gather_all,
-    on_root,
-    raise_together,
-)
+from mpisph.parallel.collectives import caught, on_root, raise_together
+from mpisph.parallel.redistribution import block_starts, by_id_blocks, gather_all
+from mpisph.parallel.reproducible_sum import CHUNKS, fixed_point_chunks, from_chunks
 
 SELF = MPI.COMM_SELF
 

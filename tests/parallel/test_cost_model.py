@@ -16,8 +16,9 @@ from mpisph.parallel.cost_model import (
     modelled_time,
     take_census,
 )
-from mpisph.parallel.decomposition import equal_work_cut, owners, work_of
+from mpisph.parallel.decomposition import equal_work_cut, owners
 from mpisph.parallel.halo import boxes, hull, select
+from mpisph.parallel.load_balance import work_of
 
 ALONE = MPI.COMM_SELF
 
@@ -44,8 +45,8 @@ def exact_time(particles, slabs, columns):
     parts = slabs * columns
     owner = owners(equal_work_cut(ALONE, r, z, work, slabs, columns), r, z)
     all_boxes = boxes(r, z, reach, reach)
-    claims = np.array([hull(all_boxes[:, owner == k]) for k in range(parts)])
-    start, index = select(all_boxes, claims)
+    rank_boxes = np.array([hull(all_boxes[:, owner == k]) for k in range(parts)])
+    start, index = select(all_boxes, rank_boxes)
     times = []
     for k in range(parts):
         theirs = owner[index[start[k] : start[k + 1]]]

@@ -9,8 +9,8 @@ from mpisph.core.particles import INTEGRATED, Particles
 from mpisph.parallel.halo import (
     NOTHING,
     Halo,
+    bounding_box,
     boxes,
-    claim,
     exchange_halo,
     partners_of,
     reach,
@@ -72,7 +72,7 @@ def check_ghosts(comm, everyone, owner, ghosts, loose):
     ghosts : ndarray, shape (2, n)
         Bits of the ids, and the marks.
     loose : bool
-        Whether more than what the claims say may have come: they were for a step.
+        Whether more than what the boxes say may have come: they were for a step.
     """
     r, z, h = everyone["r"], everyone["z"], everyone["h"]
     mine = owner == comm.rank
@@ -108,10 +108,10 @@ def boxes_of(p, h):
     return boxes(p.r, p.z, half, half)
 
 
-def exchanged(comm, p, h, claims):
+def exchanged(comm, p, h, rank_boxes):
     mark = np.sin(p.id + 1.0)
     fields = np.array([p.id.view(np.float64), mark])
-    return exchange_halo(comm, fields, boxes_of(p, h), claims, Halo())
+    return exchange_halo(comm, fields, boxes_of(p, h), rank_boxes, Halo())
 
 
 @pytest.mark.mpi(min_size=1)
@@ -122,8 +122,8 @@ def test_ghosts_hold_all_neighbours_and_no_more_than_the_claims(way, seed):
     p = cloud(600, seed, h=2e-4, h_spread=10.0)
     owner = way(comm, p.r, p.z)
     mine = p.take(owner == comm.rank)
-    claims = np.array(comm.allgather(claim(mine, KAPPA, 0.0)))
-    ghosts = exchanged(comm, mine, mine.h, claims)
+    rank_boxes = np.array(comm.allgather(bounding_box(mine, KAPPA, 0.0)))
+    ghosts = exchanged(comm, mine, mine.h, rank_boxes)
     everyone = {name: getattr(p, name) for name in ("id", "r", "z", "h")}
     everyone["mark"] = np.sin(p.id + 1.0)
     agree(comm, check_ghosts(comm, everyone, owner, ghosts, loose=False))
@@ -142,7 +142,7 @@ def test_ghosts_hold_all_neighbours_after_a_step(way):
     owner = way(comm, p.r, p.z)
     mine = p.take(owner == comm.rank)
     dt = 1e-7
-    claims = np.array(comm.allgather(claim(mine, KAPPA, dt)))
+    rank_boxes = np.array(comm.allgather(bounding_box(mine, KAPPA, dt)))
 
     def step(particles):
         kick(particles, 0.5 * dt)
@@ -150,7 +150,7 @@ def test_ghosts_hold_all_neighbours_after_a_step(way):
         return predict(particles, 0.5 * dt)[INTEGRATED.index("h")]
 
     h = step(mine)
-    ghosts = exchanged(comm, mine, h, claims)
+    ghosts = exchanged(comm, mine, h, rank_boxes)
     before_z, before_r, inward = p.z.copy(), p.r.copy(), p.u_r < 0.0
     everyone = {"h": step(p), "id": p.id, "r": p.r, "z": p.z}
     everyone["mark"] = np.sin(p.id + 1.0)
@@ -186,14 +186,14 @@ def test_two_particles_that_come_within_reach_during_a_step(what, axis):
     for name, rate in rates.items():
         field = name if name == "dh" else f"{name}_{axis}"
         getattr(p, field)[:] = rate if name == "dh" else -side * rate
-    claims = np.array(comm.allgather(claim(p, KAPPA, dt)))
+    rank_boxes = np.array(comm.allgather(bounding_box(p, KAPPA, dt)))
     kick(p, 0.5 * dt)
     drift(p, dt)
     h = predict(p, 0.5 * dt)[INTEGRATED.index("h")]
     apart = comm.allgather((getattr(p, axis).tolist(), h.tolist()))
     (x_0, h_0), (x_1, h_1) = apart[0], apart[-1]
     within = abs(x_1[0] - x_0[0]) < 0.5 * KAPPA * (h_0[0] + h_1[0])
-    ghosts = exchanged(comm, p, h, claims)
+    ghosts = exchanged(comm, p, h, rank_boxes)
     want = [comm.size - 1] if first else [0] if last else []
     got = ghosts[0].view(np.int64).tolist()
     agree(comm, ([] if within else ["apart"]) + ([] if got == want else [got]))
@@ -209,10 +209,10 @@ def test_a_particle_put_back_at_the_axis_meets_one_further_out():
     p.id[:], p.h[:] = comm.rank, h
     p.r[:] = 1e-6 if first else moved + 0.999 * KAPPA * h
     p.u_r[:] = -(moved + 1e-6) / dt if first else 0.0
-    claims = np.array(comm.allgather(claim(p, KAPPA, dt)))
+    rank_boxes = np.array(comm.allgather(bounding_box(p, KAPPA, dt)))
     drift(p, dt)
     reflected = comm.allgather(bool((p.u_r > 0.0).any()))[0]
-    ghosts = exchanged(comm, p, p.h, claims)
+    ghosts = exchanged(comm, p, p.h, rank_boxes)
     want = [comm.size - 1] if first else [0] if last else []
     got = ghosts[0].view(np.int64).tolist()
     agree(comm, ([] if reflected else ["passed"]) + ([] if got == want else [got]))
@@ -224,8 +224,8 @@ def test_ranks_out_of_reach_send_nothing(axis):
     comm = MPI.COMM_WORLD
     p = cloud(50, 7)
     getattr(p, axis)[:] += comm.rank * 1.0
-    claims = np.array(comm.allgather(claim(p, KAPPA, 0.0)))
-    ghosts = exchanged(comm, p, p.h, claims)
+    rank_boxes = np.array(comm.allgather(bounding_box(p, KAPPA, 0.0)))
+    ghosts = exchanged(comm, p, p.h, rank_boxes)
     agree(comm, [] if ghosts.shape == (2, 0) else [ghosts.shape])
 
 
@@ -237,9 +237,9 @@ def test_repeated_exchanges_do_not_mix():
     halo = Halo()
     for k in range(20):
         p = cloud(20 + 13 * k, 100 * comm.rank + k)
-        claims = np.array(comm.allgather(claim(p, KAPPA, 0.0)))
+        rank_boxes = np.array(comm.allgather(bounding_box(p, KAPPA, 0.0)))
         fields = np.array([np.full(p.n, 1000.0 * k + comm.rank), p.z])
-        ghosts = exchange_halo(comm, fields, boxes_of(p, p.h), claims, halo)
+        ghosts = exchange_halo(comm, fields, boxes_of(p, p.h), rank_boxes, halo)
         label = ghosts[0] - 1000.0 * k
         if not set(label.tolist()) <= set(range(comm.size)) - {comm.rank}:
             problems.append(f"exchange {k} got {set(ghosts[0].tolist())}")
@@ -254,16 +254,16 @@ def test_ghosts_keep_every_bit():
     fields[0] = (-1 - p.id).view(np.float64)
     fields[1] = -0.0
     fields[2] = np.full(30, 0x7FF0000000000001).view(np.float64)
-    claims = np.array(comm.allgather(claim(p, KAPPA, 0.0)))
-    ghosts = exchange_halo(comm, fields, boxes_of(p, p.h), claims, Halo())
+    rank_boxes = np.array(comm.allgather(bounding_box(p, KAPPA, 0.0)))
+    ghosts = exchange_halo(comm, fields, boxes_of(p, p.h), rank_boxes, Halo())
     want = np.tile(bits(fields), comm.size - 1)
     agree(comm, [] if np.array_equal(bits(ghosts), want) else ["bits differ"])
 
 
 def test_one_rank_has_no_ghosts():
     p = cloud(20, 9)
-    claims = np.array([claim(p, KAPPA, 0.0)])
-    ghosts = exchanged(MPI.COMM_SELF, p, p.h, claims)
+    rank_boxes = np.array([bounding_box(p, KAPPA, 0.0)])
+    ghosts = exchanged(MPI.COMM_SELF, p, p.h, rank_boxes)
     assert ghosts.shape == (2, 0)
 
 
@@ -273,16 +273,16 @@ def test_traffic_counts_what_is_sent(way):
     comm = MPI.COMM_WORLD
     p = cloud(300, 3, h=2e-4)
     mine = p.take(way(comm, p.r, p.z) == comm.rank)
-    claims = np.array(comm.allgather(claim(mine, KAPPA, 0.0)))
+    rank_boxes = np.array(comm.allgather(bounding_box(mine, KAPPA, 0.0)))
     fields = np.array([mine.r, mine.z, mine.h])
     halo = Halo()
     received = [
-        exchange_halo(comm, fields, boxes_of(mine, mine.h), claims, halo).shape[1]
+        exchange_halo(comm, fields, boxes_of(mine, mine.h), rank_boxes, halo).shape[1]
         for _ in range(2)
     ]
     traffic = halo.traffic
     problems = []
-    if traffic.messages != 2 * partners_of(comm.rank, claims).size:
+    if traffic.messages != 2 * partners_of(comm.rank, rank_boxes).size:
         problems.append(f"{traffic.messages} messages")
     if traffic.bytes != 8 * 3 * traffic.ghosts:
         problems.append(f"{traffic.bytes} bytes")
@@ -295,9 +295,9 @@ def test_select_agrees_with_brute_force():
     rng = np.random.default_rng(1)
     corners = rng.uniform(-1.0, 1.0, (4, 80))
     some = boxes(corners[0], corners[1], corners[2] ** 2, corners[3] ** 2)
-    claims = np.vstack([some[:, :6].T, NOTHING])
-    start, index = select(some, claims)
-    for k, (z_low, z_high, r_low, r_high) in enumerate(claims):
+    rank_boxes = np.vstack([some[:, :6].T, NOTHING])
+    start, index = select(some, rank_boxes)
+    for k, (z_low, z_high, r_low, r_high) in enumerate(rank_boxes):
         want = [
             i
             for i, box in enumerate(some.T)
@@ -309,7 +309,7 @@ def test_select_agrees_with_brute_force():
 
 
 def test_partners_meet_along_both_axes():
-    claims = np.array(
+    rank_boxes = np.array(
         [
             [0.0, 1.0, 0.0, 1.0],
             [0.5, 2.0, 0.5, 2.0],
@@ -318,7 +318,7 @@ def test_partners_meet_along_both_axes():
             NOTHING,
         ]
     )
-    partners = [partners_of(rank, claims).tolist() for rank in range(5)]
+    partners = [partners_of(rank, rank_boxes).tolist() for rank in range(5)]
     assert partners == [[1], [0, 2, 3], [1], [1], []]
 
 
@@ -329,7 +329,7 @@ def test_claim_is_the_hull_of_the_boxes():
     p.h[:] = 2.0, 0.2, 0.2
     # z: 0 +- 3, 1 +- 0.3, -0.5 +- 0.3; r: 1 +- 3, 4 +- 0.3, 0.5 +- 0.3; all widened
     # by a relative 1e-9 of the reach.
-    found = claim(p, KAPPA, 0.0)
+    found = bounding_box(p, KAPPA, 0.0)
     assert found == approx(np.array([-3.0, 3.0, -2.0, 4.3]), rel=1e-8)
     assert (np.array([-1, 1, -1, 1]) * (found - [-3.0, 3.0, -2.0, 4.3]) >= 0.0).all()
 
@@ -341,12 +341,12 @@ def test_claim_covers_a_step():
     # Reach 1.5 (1 + 0.05), drift 0.1 (2 + 0.15) and 0.1 (4 + 0.05).
     along_z, along_r = 1.575 + 0.215, 1.575 + 0.405
     want = np.array([-along_z, along_z, 10.0 - along_r, 10.0 + along_r])
-    assert claim(p, KAPPA, 0.1) == approx(want, rel=1e-8)
+    assert bounding_box(p, KAPPA, 0.1) == approx(want, rel=1e-8)
     # With the whole kick before the drift, 0.1 (2 + 0.3) and 0.1 (4 + 0.1).
     along_z, along_r = 1.575 + 0.23, 1.575 + 0.41
     want = np.array([-along_z, along_z, 10.0 - along_r, 10.0 + along_r])
-    assert claim(p, KAPPA, 0.1, 1.0) == approx(want, rel=1e-8)
+    assert bounding_box(p, KAPPA, 0.1, 1.0) == approx(want, rel=1e-8)
 
 
 def test_claim_of_nothing_meets_nothing():
-    assert claim(Particles.zeros(0), KAPPA, np.inf).tolist() == NOTHING.tolist()
+    assert bounding_box(Particles.zeros(0), KAPPA, np.inf).tolist() == NOTHING.tolist()

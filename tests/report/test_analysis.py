@@ -7,7 +7,7 @@ from launch import CASES
 from mpisph.analysis.fragments import find_fragments
 from mpisph.analysis.hole import Hole
 from mpisph.case import load_case
-from mpisph.diagnostics.diagnostics import cloud_definition
+from mpisph.diagnostics.cloud import cloud_definition
 from mpisph.io.snapshot import read_snapshot
 from mpisph.io.stored_run import read_run
 from mpisph.report import analysis

@@ -177,8 +177,8 @@ def test_conservation(stored):
 
 
 def test_time_by_phase_adds_up(stored):
-    phases = {"halo": 1.0, "pair loop": 5.0, "output": 2.0}
-    update = {"phases": phases, "wall": 10.0, "ranks": 2}
+    timers = {"halo": 1.0, "pair loop": 5.0, "output": 2.0}
+    update = {"timers": timers, "wall": 10.0, "ranks": 2}
     timing = stored.result.timing.model_copy(update=update)
     result = stored.result.model_copy(update={"timing": timing})
     table = timing_table(stored._replace(result=result))

@@ -353,9 +353,9 @@ main()
         # A checkpoint with a digest that is not in it yet; one too many of them.
         "mpisph.io.checkpoint:_header:6:0:before",
         "mpisph.io.checkpoint:_prune:5:0:before",
-        # In the middle of a step, and in that of the survey.
-        "mpisph.solver.simulation:kick:150:1:after",
-        "mpisph.solver.simulation:take_survey:90:1:before",
+        # In the middle of a step, and in the global reduction.
+        "mpisph.solver.step:kick:150:1:after",
+        "mpisph.solver.step:global_reduction:90:1:before",
         # At the very beginning and the very end.
         "mpisph.run.session:write_text:1:0:before",
         "mpisph.run.session:write_result:1:0:before",

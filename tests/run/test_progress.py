@@ -10,7 +10,8 @@ from launch import environment
 from mpi4py import MPI
 from rich.console import Console
 
-from mpisph.run.progress import LOG_FILE, Progress, RunLog
+from mpisph.io.run_log import LOG_FILE, RunLog
+from mpisph.run.progress import Progress
 
 SELF = MPI.COMM_SELF
 

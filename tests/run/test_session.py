@@ -13,7 +13,7 @@ from mpisph.core.errors import CaseError, MpisphError
 from mpisph.io.history import read_history
 from mpisph.io.snapshot import read_series, read_snapshot
 from mpisph.run.session import resume, run
-from mpisph.run.signals import Guard
+from mpisph.run.signals import SignalHandler
 
 SETTINGS = (
     "resolution.npr=4",
@@ -45,14 +45,14 @@ def test_runs_on_parts_of_a_communicator_side_by_side(mpi_tmp_path):
     assert world.bcast(same)
 
 
-class StopAt(Guard):
-    """A guard to whom a signal comes before the n-th step that it sees."""
+class StopAt(SignalHandler):
+    """A handler to whom a signal comes before the n-th step that it sees."""
 
     def __init__(self, n):
         super().__init__()
         self.left = n
 
-    def signal_wish(self):
+    def signal_request(self):
         self.left -= 1
         return 115 if self.left == 0 else 0
 
@@ -76,14 +76,14 @@ def test_a_stopped_run_goes_on_with_the_same_bits(settings, mpi_tmp_path):
     case = short_case(*settings, "time.end=0.6us")
     once, stopped = (mpi_tmp_path / name for name in ("once", "stopped"))
     whole = run(case, world, once)
-    first = run(case, world, stopped, guard=StopAt(1 + whole.step // 3))
+    first = run(case, world, stopped, signals=StopAt(1 + whole.step // 3))
     problems = [] if first.status == "stopped" else [first.status]
     sizes = range(1, world.size + 1) if world.size > 1 else (1, 1)
     for k, size in enumerate(sizes, 1):
         part = world.Split(0 if world.rank < size else 1, world.rank)
         if world.rank < size:
             last = k == len(sizes)
-            result = resume(part, stopped, guard=None if last else StopAt(8))
+            result = resume(part, stopped, signals=None if last else StopAt(8))
             if result.status != ("completed" if last else "stopped"):
                 problems.append(result.status)
         part.Free()
@@ -100,7 +100,7 @@ def test_a_run_that_goes_on_breaks_down_where_it_would_have(mpi_tmp_path):
     case = short_case("limits.step_ratio_min=0.82")
     once = run(case, world, mpi_tmp_path / "once")
     folder = mpi_tmp_path / "stopped"
-    run(case, world, folder, guard=StopAt(once.step // 2))
+    run(case, world, folder, signals=StopAt(once.step // 2))
     again = resume(world, folder)
     agree(
         world,
@@ -115,7 +115,7 @@ def test_a_run_that_goes_on_breaks_down_where_it_would_have(mpi_tmp_path):
 
 
 def test_the_case_must_be_the_one_in_the_folder(tmp_path):
-    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(3))
+    run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(3))
     with pytest.raises(CaseError, match=r"another case \(resolution.npr: 4, now 5\)"):
         run(short_case("resolution.npr=5"), MPI.COMM_SELF, tmp_path)
     many = short_case("resolution.npr=5", "time.cfl=0.2", "resolution.nph=1.5",
@@ -126,7 +126,7 @@ def test_the_case_must_be_the_one_in_the_folder(tmp_path):
 
 
 def test_a_case_changed_in_the_folder_is_noticed(tmp_path):
-    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(3))
+    run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(3))
     text = (tmp_path / "case.toml").read_text()
     (tmp_path / "case.toml").write_text(text.replace("npr = 4", "npr = 5"))
     with pytest.raises(MpisphError, match="belongs to another case than"):
@@ -145,7 +145,7 @@ def test_files_of_a_run_without_a_status_are_not_overwritten(tmp_path):
 
 
 def test_a_lost_history_is_said_and_begun_anew(tmp_path):
-    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(9))
+    run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(9))
     (tmp_path / "history.csv").unlink()
     assert resume(MPI.COMM_SELF, tmp_path).status == "completed"
     assert "history.csv is not as it was written" in (tmp_path / "log.txt").read_text()
@@ -153,7 +153,7 @@ def test_a_lost_history_is_said_and_begun_anew(tmp_path):
 
 
 def test_other_software_since_the_checkpoint_is_said(tmp_path, monkeypatch):
-    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(9))
+    run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(9))
     monkeypatch.setattr("mpisph.run.session.git_revision", lambda: "another")
     resume(MPI.COMM_SELF, tmp_path)
     assert "was written by other software" in (tmp_path / "log.txt").read_text()
@@ -167,7 +167,7 @@ def test_a_lost_result_is_an_error(tmp_path):
 
 
 def test_leftovers_of_a_kill_are_removed(tmp_path):
-    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(9))
+    run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(9))
     theirs = tmp_path / "film.iso.part"
     names = ("status.json.host-1-2.part", "snapshots/snapshot_00077.part",
              "checkpoints/checkpoint_000000007.part")  # fmt: skip
@@ -179,7 +179,7 @@ def test_leftovers_of_a_kill_are_removed(tmp_path):
 
 
 def test_what_changes_no_bit_may_change_on_the_way(tmp_path):
-    run(short_case(), MPI.COMM_SELF, tmp_path, guard=StopAt(9))
+    run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(9))
     changed = short_case("checkpoints.wall_interval=1h", "parallel.cut=z")
     result = run(changed, MPI.COMM_SELF, tmp_path)
     assert result.status == "completed"
@@ -204,7 +204,7 @@ def test_a_linked_folder_of_checkpoints_is_emptied(tmp_path):
     folder = tmp_path / "run"
     folder.mkdir()
     (folder / "checkpoints").symlink_to(elsewhere)
-    run(short_case(), MPI.COMM_SELF, folder, guard=StopAt(9))
+    run(short_case(), MPI.COMM_SELF, folder, signals=StopAt(9))
     assert len(list(elsewhere.iterdir())) == 2
     assert run(short_case(), MPI.COMM_SELF, folder).status == "completed"
     assert [path.name for path in elsewhere.iterdir()] == ["mine.txt"]

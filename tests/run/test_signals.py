@@ -10,34 +10,44 @@ import pytest
 from launch import PATIENCE, environment, launch
 from mpi4py import MPI
 
-from mpisph.run.signals import SIGNALS, Guard, Wish, is_alive, is_stop, reason
+from mpisph.run.signals import (
+    SIGNALS,
+    SignalHandler,
+    StopRequest,
+    is_alive,
+    is_stop,
+    reason,
+)
 
 SELF = MPI.COMM_SELF
 
 
 def test_wishes_have_reasons():
-    assert [is_stop(wish) for wish in (Wish.NOTHING, Wish.CHECKPOINT)] == [False, False]
-    assert reason(Wish.STOP_FILE) == "file stop"
-    assert reason(Wish.WALL_TIME) == "wall-time limit"
+    assert [
+        is_stop(stop_request)
+        for stop_request in (StopRequest.NOTHING, StopRequest.CHECKPOINT)
+    ] == [False, False]
+    assert reason(StopRequest.STOP_FILE) == "file stop"
+    assert reason(StopRequest.WALL_TIME) == "wall-time limit"
 
 
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_becomes_a_wish(number):
-    guard = Guard()
+    signals = SignalHandler()
     before = signal.getsignal(number)
-    with guard.heeding_signals(SELF):
-        assert guard.signal_wish() == Wish.NOTHING
+    with signals.heeding_signals(SELF):
+        assert signals.signal_request() == StopRequest.NOTHING
         os.kill(os.getpid(), number)
-        assert is_stop(guard.signal_wish())
-        assert reason(guard.signal_wish()) == f"signal {number.name}"
+        assert is_stop(signals.signal_request())
+        assert reason(signals.signal_request()) == f"signal {number.name}"
         # Whatever else is wished for, it counts.
-        assert guard.signal_wish() > Wish.WALL_TIME
+        assert signals.signal_request() > StopRequest.WALL_TIME
     assert signal.getsignal(number) is before
 
 
 def test_only_a_second_interrupt_ends_the_process_at_once():
-    guard = Guard()
-    with guard.heeding_signals(SELF):
+    signals = SignalHandler()
+    with signals.heeding_signals(SELF):
         os.kill(os.getpid(), signal.SIGTERM)
         os.kill(os.getpid(), signal.SIGTERM)
         os.kill(os.getpid(), signal.SIGINT)
@@ -45,14 +55,14 @@ def test_only_a_second_interrupt_ends_the_process_at_once():
 
 
 def test_without_a_limit_there_is_no_end_of_time():
-    assert Guard().time_left() == float("inf")
+    assert SignalHandler().time_left() == float("inf")
 
 
 def test_the_limit_counts_from_the_start_of_the_process():
     program = (
         "import time; time.sleep(1.5)\n"
-        "from mpisph.run.signals import Guard\n"
-        "guard = Guard(); guard.limit(100.0); print(guard.time_left())"
+        "from mpisph.run.signals import SignalHandler\n"
+        "signals = SignalHandler(); signals.limit(100.0); print(signals.time_left())"
     )
     begin = time.monotonic()
     done = subprocess.run(
@@ -83,12 +93,12 @@ FAILING = """
 import os, sys, signal
 from pathlib import Path
 from mpi4py import MPI
-from mpisph.run.signals import Guard
+from mpisph.run.signals import SignalHandler
 from mpisph.io.status import StatusFile
 
 comm = MPI.COMM_WORLD
-guard = Guard()
-sys.excepthook = guard.end_all_ranks
+signals = SignalHandler()
+sys.excepthook = signals.end_all_ranks
 folder = Path(sys.argv[1])
 status = StatusFile(comm, folder, 1.0, starts=1)
 status.write("running", 7, 0.5)
@@ -96,7 +106,7 @@ status.write("running", 7, 0.5)
 def fail():
     {how}
 
-with guard.heeding_signals(comm), guard.working_in(folder, status.fail):
+with signals.heeding_signals(comm), signals.working_in(folder, status.fail):
     if comm.rank in {which}:
         fail()
     comm.Barrier()

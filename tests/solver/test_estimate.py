@@ -21,9 +21,10 @@ import re, sys
 from pathlib import Path
 from mpi4py import MPI
 from mpisph.case import load_case
-from mpisph.solver.simulation import advance, start, survey
+from mpisph.solver.start import start
+from mpisph.solver.step import advance, reduce_state
 sim = start(load_case(sys.argv[1], ["resolution.npr=120"]), MPI.COMM_WORLD)
-advance(sim, 1e-10, survey(sim).claims)
+advance(sim, 1e-10, reduce_state(sim).rank_boxes)
 print(re.search(r"VmHWM:\\s*(\\d+) kB", Path("/proc/self/status").read_text())[1])
 """
 

@@ -8,12 +8,12 @@ from mpi4py import MPI
 from oracles import ALUMINIUM, COPPER, SCHEME, agree, bits, cloud
 
 from mpisph.core.particles import Particles
-from mpisph.diagnostics.diagnostics import CloudDefinition
+from mpisph.diagnostics.cloud import CloudDefinition
 from mpisph.diagnostics.stability import DENSITY, ENERGY, NON_FINITE, STABLE, Bounds
-from mpisph.parallel.decomposition import PARTICLE_WORK
-from mpisph.parallel.halo import claim
+from mpisph.parallel.halo import bounding_box
+from mpisph.parallel.load_balance import PARTICLE_WORK
 from mpisph.physics.response import material_table
-from mpisph.solver.reduction import take_survey
+from mpisph.solver.reduction import global_reduction
 from mpisph.sph.timestep import StepRule
 
 TABLE = material_table([ALUMINIUM, COPPER])
@@ -48,8 +48,8 @@ def owner_of(comm, n, seed=3):
     return np.random.default_rng(seed).integers(min(1, comm.size - 1), comm.size, n)
 
 
-def survey(comm, p, rule=AUTOMATIC):
-    return take_survey(comm, p, TABLE, SCHEME, rule, BOUNDS, SUM_BOUNDS, CLOUD)
+def reduce_state(comm, p, rule=AUTOMATIC):
+    return global_reduction(comm, p, TABLE, SCHEME, rule, BOUNDS, SUM_BOUNDS, CLOUD)
 
 
 def flat(found):
@@ -67,7 +67,7 @@ def limits(p):
 def test_all_ranks_find_the_same():
     comm = MPI.COMM_WORLD
     p = everyone()
-    found = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
+    found = reduce_state(comm, p.take(owner_of(comm, p.n) == comm.rank))
     others = comm.allgather(flat(found))
     agree(comm, [] if all(np.array_equal(others[0], x) for x in others) else [found])
 
@@ -77,11 +77,11 @@ def test_the_largest_wish_of_a_rank_counts():
     comm = MPI.COMM_WORLD
     p = everyone().take(slice(0))
     found = [
-        take_survey(
+        global_reduction(
             comm, p, TABLE, SCHEME, AUTOMATIC, BOUNDS, SUM_BOUNDS, CLOUD,
-            wish=wish if comm.rank == who else comm.rank,
-        ).wish
-        for who, wish in ((0, 115), (comm.size - 1, 103))
+            stop_request=stop_request if comm.rank == who else comm.rank,
+        ).stop_request
+        for who, stop_request in ((0, 115), (comm.size - 1, 103))
     ]  # fmt: skip
     agree(comm, [] if found == [115, 103] else found)
 
@@ -93,8 +93,8 @@ def test_the_limit_is_the_smallest_of_all_and_names_its_particle():
     problems = []
     for seed in range(5):
         mine = p.take(owner_of(comm, p.n, seed) == comm.rank)
-        found = survey(comm, mine)
-        alone = survey(MPI.COMM_SELF, p)
+        found = reduce_state(comm, mine)
+        alone = reduce_state(MPI.COMM_SELF, p)
         if found.limit != alone.limit:
             problems.append(f"limit {found.limit} here, {alone.limit} on one rank")
         if not math.isclose(found.limit, limits(p).min(), rel_tol=1e-15):
@@ -114,7 +114,7 @@ def test_of_particles_with_the_same_limit_the_smallest_id_is_named():
     for seed in range(4):
         q = p.take(np.random.default_rng(seed).permutation(p.n))
         mine = q.take(owner_of(comm, q.n, seed) == comm.rank)
-        found = survey(comm, mine)
+        found = reduce_state(comm, mine)
         if found.limited_by != 0:
             problems.append(f"limited by {found.limited_by}")
     agree(comm, problems)
@@ -128,7 +128,7 @@ def test_sums_have_the_bits_of_the_exact_sum_on_any_ranks():
     problems = []
     for seed in range(3):
         mine = p.take(owner_of(comm, p.n, seed) == comm.rank)
-        got = survey(comm, mine).sums
+        got = reduce_state(comm, mine).sums
         if not np.array_equal(bits(got), bits(want)):
             problems.append(f"{got - want}")
     agree(comm, problems)
@@ -140,17 +140,17 @@ def test_the_extent_is_that_of_the_whole_cloud_r12():
     p = everyone()
     cloud = (p.z > CLOUD.rear) & (p.u_z > CLOUD.min_velocity)
     want = [p.r[cloud].max(), p.z[cloud].max() - CLOUD.rear]
-    found = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
+    found = reduce_state(comm, p.take(owner_of(comm, p.n) == comm.rank))
     problems = [] if found.extent.tolist() == want else [found.extent]
     problems += [] if found.cloud_mass == math.fsum(p.m[cloud]) else [found.cloud_mass]
     p.u_z[:] = 0.0
-    none = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
+    none = reduce_state(comm, p.take(owner_of(comm, p.n) == comm.rank))
     problems += [] if none.extent.tolist() == [0.0, 0.0] else [none.extent]
     agree(comm, problems)
 
 
 RULES = {
-    # The step that the claims must cover, from a rank's own smallest limit.
+    # The step that the bounding boxes must cover, from a rank's own smallest limit.
     "automatic": (AUTOMATIC, lambda own: 0.3 * own),
     "capped": (
         AUTOMATIC._replace(longest=1e-9),
@@ -169,14 +169,16 @@ def test_claims_and_work_are_those_of_each_rank(name):
     p = everyone()
     owner = owner_of(comm, p.n)
     problems = []
-    found = survey(comm, p.take(owner == comm.rank), rule)
+    found = reduce_state(comm, p.take(owner == comm.rank), rule)
     for rank in range(comm.size):
         theirs = p.take(owner == rank)
         work = (theirs.neighbours + PARTICLE_WORK).sum()
-        want = claim(theirs, SCHEME.kappa, step(limits(theirs).min(initial=math.inf)))
-        close = np.allclose(found.claims[rank], want, rtol=1e-14, atol=0.0)
+        want = bounding_box(
+            theirs, SCHEME.kappa, step(limits(theirs).min(initial=math.inf))
+        )
+        close = np.allclose(found.rank_boxes[rank], want, rtol=1e-14, atol=0.0)
         if found.work[rank] != work or not close:
-            problems.append(f"rank {rank}: {found.claims[rank]}, meant {want}")
+            problems.append(f"rank {rank}: {found.rank_boxes[rank]}, meant {want}")
     agree(comm, problems)
 
 
@@ -193,10 +195,10 @@ def test_faults_on_any_rank_are_seen_by_all_and_the_smallest_id_is_named():
             getattr(p, name)[place[number]] = value
         owner = owner_of(comm, p.n)
         with np.errstate(invalid="ignore"):
-            found = survey(comm, p.take(owner == comm.rank))
+            found = reduce_state(comm, p.take(owner == comm.rank))
         if (found.fault, found.fault_id) != (first[3], first[0]):
             problems.append(f"{found.fault} of {found.fault_id}, meant {first}")
-    sound = survey(comm, everyone())
+    sound = reduce_state(comm, everyone())
     if (sound.fault, sound.fault_id) != (STABLE, -1):
         problems.append(f"{sound.fault} of {sound.fault_id} in a sound state")
     agree(comm, problems)
@@ -208,11 +210,11 @@ def test_a_sum_that_is_not_finite_or_beyond_its_bound_is_nan():
     p = everyone()
     p.E[p.id == 7] = np.nan
     with np.errstate(invalid="ignore"):
-        found = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
+        found = reduce_state(comm, p.take(owner_of(comm, p.n) == comm.rank))
     problems = [] if np.isnan(found.sums).tolist() == [False] * 3 + [True] else [found]
     p = everyone()
     p.u_z[p.id == 7] = 1e9
-    found = survey(comm, p.take(owner_of(comm, p.n) == comm.rank))
+    found = reduce_state(comm, p.take(owner_of(comm, p.n) == comm.rank))
     if np.isnan(found.sums).tolist() != [False, True, True, False]:
         problems.append(found.sums)
     agree(comm, problems)
@@ -220,7 +222,7 @@ def test_a_sum_that_is_not_finite_or_beyond_its_bound_is_nan():
 
 @pytest.mark.mpi(min_size=1)
 def test_no_particles_anywhere():
-    found = survey(MPI.COMM_WORLD, Particles.zeros(0))
+    found = reduce_state(MPI.COMM_WORLD, Particles.zeros(0))
     assert found.limit == math.inf
     assert found.limited_by == -1
     assert found.fault == STABLE
@@ -237,6 +239,6 @@ def test_the_survey_uses_one_collective():
             Counting.calls += 1
             MPI.COMM_SELF.Allgather(record, records)
 
-    found = survey(Counting(), everyone())
+    found = reduce_state(Counting(), everyone())
     assert Counting.calls == 1
-    assert np.array_equal(flat(found), flat(survey(MPI.COMM_SELF, everyone())))
+    assert np.array_equal(flat(found), flat(reduce_state(MPI.COMM_SELF, everyone())))

@@ -10,16 +10,12 @@ from oracles import agree
 from plates import plate_impact, states_at
 
 from mpisph.case import load_case
-from mpisph.parallel.collectives import gather_all
-from mpisph.parallel.decomposition import Cut, Pace, imbalance, relative_paces
-from mpisph.solver.simulation import (
-    SORT_EVERY,
-    advance,
-    rebalance,
-    start,
-    step_rule,
-    survey,
-)
+from mpisph.parallel.decomposition import Cut
+from mpisph.parallel.load_balance import PairCost, imbalance, relative_pair_costs
+from mpisph.parallel.redistribution import gather_all
+from mpisph.solver.setup import step_rule
+from mpisph.solver.start import start
+from mpisph.solver.step import SORT_EVERY, advance, rebalance, reduce_state
 from mpisph.sph.neighbours import cell_keys
 
 SHOT = CASES / "piekutowski-4-1353.toml"
@@ -29,8 +25,8 @@ def steps(sim, count, balance_every=3):
     """Make steps, exchanging owners often; return what the balance did."""
     moved_edges = moved_particles = 0
     for _ in range(count):
-        found = survey(sim)
-        advance(sim, step_rule(sim.case).allowed(found.limit), found.claims)
+        found = reduce_state(sim)
+        advance(sim, step_rule(sim.case).allowed(found.limit), found.rank_boxes)
         if sim.step % balance_every == 0:
             cut, owned = sim.cut, set(sim.particles.id.tolist())
             rebalance(sim, found.work)
@@ -80,7 +76,7 @@ def test_any_number_of_ranks_gives_the_same_bits(overrides):
     alone = start(case, MPI.COMM_SELF)
     steps(alone, 150)
     assert_equal_on_root(comm, sim.particles, alone.particles)
-    mine, single = survey(sim), survey(alone)
+    mine, single = reduce_state(sim), reduce_state(alone)
     assert np.array_equal(mine.sums, single.sums)
     assert (mine.limit, mine.limited_by) == (single.limit, single.limited_by)
 
@@ -124,13 +120,13 @@ def test_ranks_without_particles_change_nothing(cut):
     owned = comm.allgather(sim.particles.n)
     assert owned == [0] * (comm.size - 1) + [sim.n_total]
     for _ in range(5):
-        found = survey(sim)
-        advance(sim, step_rule(sim.case).allowed(found.limit), found.claims)
+        found = reduce_state(sim)
+        advance(sim, step_rule(sim.case).allowed(found.limit), found.rank_boxes)
     alone = start(case, MPI.COMM_SELF)
     steps(alone, 5, balance_every=10)
     assert_equal_on_root(comm, sim.particles, alone.particles)
     # The next look at the load gives all ranks something to do.
-    rebalance(sim, survey(sim).work)
+    rebalance(sim, reduce_state(sim).work)
     assert min(comm.allgather(sim.particles.n)) > 0
 
 
@@ -141,7 +137,7 @@ def test_work_is_shared_equally_from_the_start(cut):
     case = load_case(SHOT, ("resolution.npr=16", f"parallel.cut={cut}"))
     sim = start(case, comm)
     # The plate is 14 layers thick and a layer goes to one rank.
-    assert imbalance(survey(sim).work) < 0.15
+    assert imbalance(reduce_state(sim).work) < 0.15
 
 
 @pytest.mark.mpi(min_size=2)
@@ -150,17 +146,17 @@ def test_the_cut_moves_where_that_saves_work_and_not_otherwise():
     settings = ("resolution.npr=16", "parallel.cut=z", "parallel.imbalance_threshold=0")
     sim = start(load_case(SHOT, settings), comm)
     sim.particles.neighbours[:] = 100.0
-    rebalance(sim, survey(sim).work)
+    rebalance(sim, reduce_state(sim).work)
     cut = sim.cut
     # Layers cannot be divided: looking again finds imbalance, but nothing better.
-    rebalance(sim, survey(sim).work)
-    assert imbalance(survey(sim).work) > 0.0
+    rebalance(sim, reduce_state(sim).work)
+    assert imbalance(reduce_state(sim).work) > 0.0
     assert sim.cut is cut
     # All work but that of the sphere ceases: the edges follow it.
     sim.particles.neighbours[sim.particles.body == 1] = 0.0
-    before = survey(sim).work
+    before = reduce_state(sim).work
     rebalance(sim, before)
-    after = survey(sim).work
+    after = reduce_state(sim).work
     assert sim.cut is not cut
     assert after.max() < 0.9 * before.max()
 
@@ -196,17 +192,17 @@ def test_particles_come_into_cell_order_again():
 def test_the_pace_of_the_pair_loop_is_measured():
     comm = MPI.COMM_WORLD
     sim = start(load_case(SHOT, ("resolution.npr=6",)), comm)
-    problems = [] if sim.pace == Pace() else ["the start was measured"]
+    problems = [] if sim.pair_cost == PairCost() else ["the start was measured"]
     before = sim.interactions
     steps(sim, 1, balance_every=2)
-    if sim.pace.pairs != sim.interactions - before or sim.pace.seconds <= 0.0:
-        problems.append(sim.pace)
-    paces = np.array(comm.allgather(sim.pace.value))
-    found = survey(sim)
-    if not np.array_equal(found.paces, relative_paces(paces)):
-        problems.append(paces)
-    if sim.relative_pace != found.paces[comm.rank]:
-        problems.append("another rank's pace")
+    if sim.pair_cost.pairs != sim.interactions - before or sim.pair_cost.seconds <= 0.0:
+        problems.append(sim.pair_cost)
+    pair_costs = np.array(comm.allgather(sim.pair_cost.value))
+    found = reduce_state(sim)
+    if not np.array_equal(found.pair_costs, relative_pair_costs(pair_costs)):
+        problems.append(pair_costs)
+    if sim.relative_pair_cost != found.pair_costs[comm.rank]:
+        problems.append("another rank's cost")
     agree(comm, problems)
 
 
@@ -224,9 +220,9 @@ def test_traffic_is_counted():
 def test_mass_momentum_and_energy_are_conserved():
     case = load_case(SHOT, ("resolution.npr=6",))
     sim = start(case, MPI.COMM_SELF)
-    first = survey(sim).sums
+    first = reduce_state(sim).sums
     steps(sim, 200)
-    last = survey(sim).sums
+    last = reduce_state(sim).sums
     assert last[0] == first[0]
     assert abs(last[1] / first[1] - 1.0) < 1e-13
     assert last[3] > 0.1 * first[2], "much of the energy has become heat"
@@ -236,7 +232,7 @@ def test_mass_momentum_and_energy_are_conserved():
 def energy_error(case, time):
     """Relative change of the total energy at `time`."""
     (sim,) = states_at(case, (time,))
-    sums = survey(sim).sums
+    sums = reduce_state(sim).sums
     velocity = case.bodies[0].velocity
     flyer = sim.particles.m[sim.particles.body == 0].sum()
     return (sums[2] + sums[3]) / (0.5 * flyer * velocity**2) - 1.0
@@ -265,8 +261,8 @@ def test_second_order_r11_every_field_converges_with_the_step():
     for step in (2e-9, 1e-9, 0.5e-9):
         sim = start(case, MPI.COMM_SELF)
         for _ in range(round(1e-7 / step)):
-            found = survey(sim)
-            advance(sim, step, found.claims)
+            found = reduce_state(sim)
+            advance(sim, step, found.rank_boxes)
         results.append(gather_all(MPI.COMM_SELF, sim.particles))
     for name in ("r", "z", "u_r", "u_z", "rho", "E", "h"):
         coarse, fine = (

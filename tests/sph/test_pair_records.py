@@ -5,7 +5,12 @@ from oracles import ALUMINIUM, SCHEME, cloud, pressure_and_sound_speed
 
 from mpisph.physics.response import material_table
 from mpisph.sph.neighbours import make_lattice, sort_into_cells
-from mpisph.sph.pair_records import RING_FIELDS, Ring, ring_at, ring_records
+from mpisph.sph.pair_records import (
+    RECORD_FIELDS,
+    PairRecord,
+    record_at,
+    write_pair_records,
+)
 from mpisph.sph.sources import Sources, exchanged_fields, name_fields
 
 
@@ -14,10 +19,10 @@ def test_ring_records_follow_the_fields_of_ring():
     p.r[0] = 1e-9
     cells = sort_into_cells(p.id, p.r, p.z, p.h, make_lattice(2e-3, 3.0))
     s = name_fields(exchanged_fields(p, p.integrated, p.div))
-    records = np.empty((5, RING_FIELDS))
+    records = np.empty((5, RECORD_FIELDS))
     table = material_table([ALUMINIUM])
-    ring_records(s, cells.order, table, SCHEME, records)
-    ring = Ring(*records.T)
+    write_pair_records(s, cells.order, table, SCHEME, records)
+    ring = PairRecord(*records.T)
     s = Sources(*(field[cells.order] for field in s))
     P, c = np.array(
         [
@@ -25,7 +30,7 @@ def test_ring_records_follow_the_fields_of_ring():
             for state in zip(s.rho.tolist(), s.E.tolist(), strict=True)
         ]
     ).T
-    assert len(ring) == RING_FIELDS
+    assert len(ring) == RECORD_FIELDS
     for name in ("r", "z", "u_r", "u_z", "E"):
         np.testing.assert_array_equal(getattr(ring, name), getattr(s, name))
     closing = np.where(s.div < 0, 2 * np.abs(s.div), 0)
@@ -46,6 +51,6 @@ def test_ring_records_follow_the_fields_of_ring():
         got = getattr(ring, name)
         scale = np.abs(want).max()
         np.testing.assert_allclose(got, want, rtol=1e-14, atol=1e-14 * scale)
-    third = ring_at(records, 3)
+    third = record_at(records, 3)
     assert third == tuple(records[3])
     assert third.zeta == ring.zeta[3]

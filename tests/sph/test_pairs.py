@@ -3,21 +3,21 @@
 import numpy as np
 import pytest
 
-from mpisph.sph.pair_records import RING_FIELDS, Ring
+from mpisph.sph.pair_records import RECORD_FIELDS, PairRecord
 from mpisph.sph.pairs import GROUP, LANES, MASS, make_buffer, pack_neighbours
 
 
 def test_groups_of_the_buffer_are_an_odd_number_of_cache_lines_apart():
     for candidates in (0, 1, 8, 9, 512, 513, 1000):
         groups, length, fields = make_buffer(candidates).shape
-        assert groups * fields == RING_FIELDS
+        assert groups * fields == RECORD_FIELDS
         assert candidates + LANES <= length <= candidates + LANES + 3
         assert length * fields % 16 == 8
 
 
 @pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 16, 21])
 def test_neighbours_are_packed_and_filled_up_with_rings_of_no_mass(n):
-    records = np.random.default_rng(n).normal(size=(40, RING_FIELDS))
+    records = np.random.default_rng(n).normal(size=(40, RECORD_FIELDS))
     index = np.full(n + LANES, -1)
     index[:n] = np.random.default_rng(1).permutation(40)[:n]
     rows = make_buffer(n)
@@ -25,11 +25,11 @@ def test_neighbours_are_packed_and_filled_up_with_rings_of_no_mass(n):
     padded = pack_neighbours(records, index, n, rows)
     assert padded == -(-n // LANES) * LANES
     got = np.concatenate(rows[:, :padded], axis=1)
-    assert got.shape == (padded, RING_FIELDS)
+    assert got.shape == (padded, RECORD_FIELDS)
     np.testing.assert_array_equal(got[:n], records[index[:n]])
-    mass = Ring._fields.index("m_F")
+    mass = PairRecord._fields.index("m_F")
     assert mass == GROUP + MASS
-    others = np.arange(RING_FIELDS) != mass
+    others = np.arange(RECORD_FIELDS) != mass
     for row in got[n:]:
         assert row[mass] == 0.0
         np.testing.assert_array_equal(row[others], got[0][others])

@@ -7,7 +7,7 @@ from oracles import agree, bits, cloud, evaluate
 
 from mpisph.core.particles import FIELDS, INTEGRATED
 from mpisph.parallel.decomposition import Cut, owners
-from mpisph.parallel.halo import Halo, boxes, claim, exchange_halo, reach
+from mpisph.parallel.halo import Halo, bounding_box, boxes, exchange_halo, reach
 from mpisph.sph.sources import EXCHANGED, Sources, exchanged_fields, name_fields
 
 
@@ -57,11 +57,11 @@ def with_parts(owner, comm, rank):
         rest = whole.take(owner != rank)
         ghosts = exchanged_fields(rest, rest.integrated, rest.div)
     else:
-        claims = np.array(comm.allgather(claim(mine, 3.0, 0.0)))
+        rank_boxes = np.array(comm.allgather(bounding_box(mine, 3.0, 0.0)))
         fields = exchanged_fields(mine, mine.integrated, mine.div)
         half = reach(mine.h, 3.0)
         these = boxes(mine.r, mine.z, half, half)
-        ghosts = exchange_halo(comm, fields, these, claims, Halo())
+        ghosts = exchange_halo(comm, fields, these, rank_boxes, Halo())
     return rates_by_id(evaluate(mine, ghosts=ghosts))
 
 

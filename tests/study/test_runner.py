@@ -229,13 +229,13 @@ def test_the_other_cases_go_on_where_one_meets_a_fault_of_the_program(tmp_path):
     (tmp_path / "sitecustomize.py").write_text(
         "import os, sys\n"
         "if 'OMPI_COMM_WORLD_RANK' in os.environ:\n"
-        "    from mpisph.run.recorder import Recorder\n"
-        "    note = Recorder.note\n"
+        "    from mpisph.run.output import RunOutput\n"
+        "    note = RunOutput.note\n"
         "    def fail(self, sim, found):\n"
         f"        if self.folder.name == {bad.name!r} and sim.step == 3:\n"
         "            raise ZeroDivisionError('on purpose')\n"
         "        note(self, sim, found)\n"
-        "    Recorder.note = fail\n"
+        "    RunOutput.note = fail\n"
     )
     done = launch(
         2,

@@ -24,11 +24,11 @@ SHORT = """
 import os
 if "OMPI_COMM_WORLD_RANK" in os.environ:
     import mpisph.study.runner as runner
-    from mpisph.run.signals import Guard
+    from mpisph.run.signals import SignalHandler
     ended = []
     run = runner._run_one
     runner._run_one = lambda *args: ended.append(run(*args)) or ended[-1]
-    Guard.time_left = lambda guard: 1e6 if len(ended) < LIMIT else 0.0
+    SignalHandler.time_left = lambda signals: 1e6 if len(ended) < LIMIT else 0.0
 """
 
 

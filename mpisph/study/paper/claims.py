@@ -15,8 +15,8 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import Field, ValidationError, model_validator
 from rich.table import Table
 
-from mpisph.case.problems import Origins
 from mpisph.core.errors import CaseError, MpisphError
+from mpisph.inputs.findings import Origins
 from mpisph.inputs.quantities import Description, FrozenModel, Identifier
 from mpisph.inputs.toml_file import read_toml
 from mpisph.inputs.toml_lines import line_numbers

@@ -15,7 +15,6 @@ MOST_ACROSS = 8
 SYMBOLS = {"R_b": "$R_b$", "L_b": "$L_b$"}
 """Quantities as formulas."""
 
-
 Panel = TypeVar("Panel")
 
 

@@ -9,7 +9,7 @@ from launch import CASES
 
 from mpisph.cli.study import study_group
 from mpisph.core.errors import CaseError
-from mpisph.run.signals import Guard
+from mpisph.run.signals import SignalHandler
 from mpisph.study.model import load_study
 from mpisph.study.plots import drawing
 from mpisph.study.plots.curves import lines_figure
@@ -372,7 +372,7 @@ def test_draw_says_why_it_draws_nothing(tmp_path):
     for figure, why in ((LINES, "no run is complete in"), ("", "expected [figure]")):
         study = small(tmp_path, figure)
         arguments = ["draw", str(study.path), "-o", str(tmp_path / "runs")]
-        result = CliRunner().invoke(study_group, arguments, obj=Guard())
+        result = CliRunner().invoke(study_group, arguments, obj=SignalHandler())
         assert f"nothing to draw: {why}" in str(result.exception)
 
 
@@ -383,10 +383,12 @@ def test_draw_writes_the_figure_and_collect_all_tables(tmp_path, monkeypatch):
     root = tmp_path / "runs"
     folder = root / "studies" / "small"
     arguments = [str(study.path), "-o", str(root)]
-    result = CliRunner().invoke(study_group, ["draw", *arguments], obj=Guard())
+    result = CliRunner().invoke(study_group, ["draw", *arguments], obj=SignalHandler())
     assert result.output.split() == [str(folder / "figure.png")]
     assert {path.name for path in folder.iterdir()} == {"figure.png"}
-    result = CliRunner().invoke(study_group, ["collect", *arguments], obj=Guard())
+    result = CliRunner().invoke(
+        study_group, ["collect", *arguments], obj=SignalHandler()
+    )
     assert result.output.split() == [str(folder / "table.csv")]
     names = {"figure.png", "table.csv", "ranges.csv", "ranges.md"}
     assert {path.name for path in folder.iterdir()} == names

@@ -7,14 +7,19 @@ from mpi4py import MPI
 from oracles import agree
 
 from mpisph.case import load_case
+from mpisph.core.console import open_console
 from mpisph.core.errors import MpisphError
 from mpisph.io.checkpoint import read_checkpoint
 from mpisph.io.history import History
-from mpisph.parallel.collectives import gather_all
+from mpisph.io.run_log import RunLog
+from mpisph.parallel.redistribution import gather_all
 from mpisph.run.loop import make_step
-from mpisph.run.progress import Progress, RunLog, open_console
-from mpisph.run.recorder import Recorder, RunState, restored
-from mpisph.solver.simulation import rebalance, start, step_rule, survey
+from mpisph.run.output import RunOutput
+from mpisph.run.progress import Progress
+from mpisph.run.state import RunState, restored
+from mpisph.solver.setup import step_rule
+from mpisph.solver.start import start
+from mpisph.solver.step import rebalance, reduce_state
 
 PROVENANCE = {"revision": "abc"}
 SETTINGS = ("resolution.npr=4", "output.history_every=3")
@@ -24,37 +29,37 @@ def begin(comm, sim, folder, state=None):
     progress = Progress(comm, sim.case.end_time, open_console(stderr=True))
     kept = state.history_bytes if state else 0
     history, log = History(folder, comm, kept), RunLog(folder, comm)
-    return Recorder(sim, folder, history, progress, log, PROVENANCE, state)
+    return RunOutput(sim, folder, history, progress, log, PROVENANCE, state)
 
 
-def finish(recorder):
-    recorder.history.close()
-    recorder.log.close()
+def finish(output):
+    output.history.close()
+    output.log.close()
 
 
-def make_steps(sim, recorder, count):
+def make_steps(sim, output, count):
     rule = step_rule(sim.case)
     for _ in range(count):
-        found = survey(sim)
-        recorder.note(sim, found)
+        found = reduce_state(sim)
+        output.note(sim, found)
         allowed = rule.allowed(found.limit)
         sim.first_dt = sim.first_dt or allowed
         make_step(sim, found, allowed)
         if sim.step % 10 == 5:
-            recorder.save(sim)
+            output.save(sim)
 
 
 def stored_run(comm, folder):
     """A run of 23 steps, its checkpoint as it is read, and the state in that."""
     case = load_case(CASES / "piekutowski-4-1353.toml", SETTINGS)
     sim = start(case, comm)
-    recorder = begin(comm, sim, folder)
-    make_steps(sim, recorder, 23)
-    recorder.save_checkpoint(sim)
-    finish(recorder)
+    output = begin(comm, sim, folder)
+    make_steps(sim, output, 23)
+    output.save_checkpoint(sim)
+    finish(output)
     path = folder / "checkpoints" / "checkpoint_000000023.h5"
     checkpoint = read_checkpoint(comm, path)
-    return sim, recorder, checkpoint, RunState.model_validate_json(checkpoint.state)
+    return sim, output, checkpoint, RunState.model_validate_json(checkpoint.state)
 
 
 def differing_parts(sim, back):
@@ -74,16 +79,16 @@ def differing_parts(sim, back):
 @pytest.mark.mpi(min_size=1)
 def test_everything_comes_back(mpi_tmp_path):
     comm = MPI.COMM_WORLD
-    sim, recorder, checkpoint, state = stored_run(comm, mpi_tmp_path)
+    sim, output, checkpoint, state = stored_run(comm, mpi_tmp_path)
     back = restored(sim.case, comm, checkpoint, state)
     again = begin(comm, back, mpi_tmp_path, state)
-    old, new = recorder._state(sim), again._state(back)
+    old, new = output._state(sim), again._state(back)
     finish(again)
     problems = differing_parts(sim, back)
     problems += [
         name
         for name in RunState.model_fields
-        if name not in {"wall", "rank_seconds", "phases", "history_bytes"}
+        if name not in {"wall", "rank_seconds", "timers", "history_bytes"}
         and getattr(old, name) != getattr(new, name)
     ]
     agree(comm, problems)
@@ -91,7 +96,7 @@ def test_everything_comes_back(mpi_tmp_path):
     assert state.wall <= new.wall < state.wall + 60.0
     assert state.rank_seconds == pytest.approx(state.wall * comm.size)
     assert new.rank_seconds == pytest.approx(new.wall * comm.size)
-    assert new.phases["pair loop"] >= state.phases["pair loop"] > 0.0
+    assert new.timers["pair loop"] >= state.timers["pair loop"] > 0.0
 
 
 @pytest.mark.mpi(min_size=1)
@@ -99,7 +104,7 @@ def test_the_cut_of_a_restored_run_is_balanced(mpi_tmp_path):
     comm = MPI.COMM_WORLD
     sim, _, checkpoint, state = stored_run(comm, mpi_tmp_path)
     back = restored(sim.case, comm, checkpoint, state)
-    work = survey(back).work
+    work = reduce_state(back).work
     rebalance(back, work)
     fewest = comm.allreduce(back.particles.n, MPI.MIN)
     agree(comm, [] if fewest > 0 and work.max() < 2.0 * work.mean() else [work])

@@ -1,24 +1,14 @@
-"""What a run yields: snapshots, history, and all that its result needs.
-
-The state of a run is what a checkpoint holds beside the particles.
-"""
+"""What a run yields: snapshots, history, and all that its result needs."""
 
 import time
 from pathlib import Path
 
-import numpy as np
 from mpi4py import MPI
-from pydantic import BaseModel, ConfigDict
 
-from mpisph.case import Case
-from mpisph.core.errors import MpisphError, UnstableError
-from mpisph.core.particles import IntArray
-from mpisph.diagnostics.diagnostics import (
-    ConservationErrors,
-    conservation_errors,
-    measure_cloud,
-)
-from mpisph.io.checkpoint import PARTICLE_BYTES, Checkpoint, write_checkpoint
+from mpisph.core.errors import UnstableError
+from mpisph.diagnostics.cloud import measure_cloud
+from mpisph.diagnostics.conservation import ConservationErrors, conservation_errors
+from mpisph.io.checkpoint import PARTICLE_BYTES, write_checkpoint
 from mpisph.io.history import History, HistoryRow
 from mpisph.io.provenance import versions
 from mpisph.io.result import (
@@ -29,59 +19,17 @@ from mpisph.io.result import (
     Timing,
     make_comparisons,
 )
+from mpisph.io.run_log import RunLog
 from mpisph.io.snapshot import write_snapshot
-from mpisph.parallel.collectives import from_root, raise_together
-from mpisph.parallel.decomposition import imbalance
-from mpisph.run.progress import Progress, RunLog
-from mpisph.solver.reduction import Survey
-from mpisph.solver.simulation import Scales, Simulation, restore
+from mpisph.parallel.collectives import from_root
+from mpisph.parallel.load_balance import imbalance
+from mpisph.run.progress import Progress
+from mpisph.run.state import RunState
+from mpisph.solver.reduction import Reduction
+from mpisph.solver.state import Simulation
 
 
-class RunState(BaseModel):
-    """The state of a run between two steps, without its particles.
-
-    Numbers come back from its JSON with all of their bits.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="constants")
-
-    case: str
-    """The resolved case as TOML."""
-    provenance: dict[str, str]
-    """Versions and revision of the program that wrote it."""
-    time: float
-    """[s]."""
-    step: int
-    """Steps made."""
-    dt: float
-    """Length of the last step [s]."""
-    first_dt: float
-    """Length allowed for the first step [s]."""
-    energy_scale: float
-    """Specific energy of the run [J/kg]."""
-    sum_bounds: tuple[float, ...]
-    """Bounds of one particle's terms of the conserved sums."""
-    initial: tuple[float, ...] | None
-    """Conserved sums at the start."""
-    energy_error_max: float
-    """Largest energy error so far."""
-    snapshots: int
-    """Number of snapshots written."""
-    clouds: tuple[CloudRecord, ...]
-    """The cloud at the requested times reached so far."""
-    history_bytes: int
-    """Size of the history up to this step [bytes]."""
-    wall: float
-    """Time spent [s]."""
-    rank_seconds: float
-    """Time spent, over all ranks [s]."""
-    interactions: int
-    """Directed interactions evaluated by all ranks."""
-    phases: dict[str, float]
-    """Time in each phase, on the rank that spent most in it [s]."""
-
-
-class Recorder:
+class RunOutput:
     """Writes what a run yields, and remembers what its result needs.
 
     Parameters
@@ -118,19 +66,19 @@ class Recorder:
         self.initial = list(state.initial) if state and state.initial else None
         self.energy_error_max = state.energy_error_max if state else 0.0
         self.errors = ConservationErrors(0.0, 0.0, 0.0)
-        self._unwritten: Survey | None = None
+        self._unwritten: Reduction | None = None
         self.begin = time.perf_counter() - (state.wall if state else 0.0)
         self.first_step: float | None = None
         self._spent = (state.wall, state.rank_seconds) if state else (0.0, 0.0)
         self._interactions = state.interactions if state else 0
-        self._phases = state.phases if state else {}
+        self._timers = state.timers if state else {}
 
     @property
     def wall(self) -> float:
         """Wall time since the first step, time between runs left out [s]."""
         return time.perf_counter() - self.begin
 
-    def note(self, sim: Simulation, found: Survey) -> None:
+    def note(self, sim: Simulation, found: Reduction) -> None:
         """Take note of a step: conservation, history, progress."""
         if sim.step == 1:
             self.first_step = time.time()
@@ -149,7 +97,7 @@ class Recorder:
             self.history.add(self._row(sim, self._unwritten))
             self._unwritten = None
 
-    def _row(self, sim: Simulation, found: Survey) -> HistoryRow:
+    def _row(self, sim: Simulation, found: Reduction) -> HistoryRow:
         mass, momentum, kinetic, internal = found.sums.tolist()
         radius, length = found.extent.tolist()
         return HistoryRow(
@@ -170,7 +118,7 @@ class Recorder:
 
     def save(self, sim: Simulation) -> None:
         """Write a snapshot and measure the cloud."""
-        with sim.phases.measure("output"):
+        with sim.timers.measure("output"):
             path = write_snapshot(
                 sim.comm,
                 self.folder,
@@ -192,7 +140,7 @@ class Recorder:
 
     def save_checkpoint(self, sim: Simulation) -> None:
         """Write a checkpoint of the state before this step is taken note of."""
-        with sim.phases.measure("output") as watch:
+        with sim.timers.measure("output") as watch:
             state = self._state(sim).model_dump_json()
             path = write_checkpoint(
                 sim.comm, self.folder, sim.step, sim.particles, sim.n_total, state
@@ -224,7 +172,7 @@ class Recorder:
             wall=wall,
             rank_seconds=self._rank_seconds(sim.comm.size, wall),
             interactions=self._all_interactions(sim),
-            phases=self._longest_phases(sim),
+            timers=self._longest_timers(sim),
         )
 
     def _rank_seconds(self, ranks: int, wall: float) -> float:
@@ -237,14 +185,14 @@ class Recorder:
         here: int = sim.comm.allreduce(sim.interactions, MPI.SUM)
         return self._interactions + here
 
-    def _longest_phases(self, sim: Simulation) -> dict[str, float]:
+    def _longest_timers(self, sim: Simulation) -> dict[str, float]:
         """Return for each phase the time of the rank that spent most; collective."""
         longest: dict[str, float] = {}
-        for seconds in sim.comm.allgather(sim.phases.seconds):
+        for seconds in sim.comm.allgather(sim.timers.seconds):
             for name, spent in seconds.items():
                 longest[name] = max(longest.get(name, 0.0), spent)
-        names = dict.fromkeys((*self._phases, *longest))
-        return {n: self._phases.get(n, 0.0) + longest.get(n, 0.0) for n in names}
+        names = dict.fromkeys((*self._timers, *longest))
+        return {n: self._timers.get(n, 0.0) + longest.get(n, 0.0) for n in names}
 
     def conclude(
         self,
@@ -256,8 +204,8 @@ class Recorder:
         """Gather what the result holds; collective."""
         wall = sim.comm.allreduce(self.wall, MPI.MAX)
         interactions = self._all_interactions(sim)
-        phases = self._longest_phases(sim)
-        stepping = wall - phases.get("output", 0.0)
+        timers = self._longest_timers(sim)
+        stepping = wall - timers.get("output", 0.0)
         rank_stepping = self._rank_seconds(sim.comm.size, wall) * stepping / wall
         return Result(
             title=sim.case.title,
@@ -282,46 +230,9 @@ class Recorder:
                 wall=wall,
                 step_ms=1e3 * stepping / max(sim.step, 1),
                 interaction_ns=1e9 * rank_stepping / max(interactions, 1),
-                phases=phases,
+                timers=timers,
                 first_step=self.first_step,
             ),
             versions=versions(),
             revision=self.provenance["revision"],
         )
-
-
-def restored(
-    case: Case, comm: MPI.Intracomm, checkpoint: Checkpoint, state: RunState
-) -> Simulation:
-    """Return the simulation that a checkpoint holds; collective.
-
-    Parameters
-    ----------
-    case : Case
-        The state's.
-    comm : MPI.Intracomm
-    checkpoint : Checkpoint
-    state : RunState
-        The checkpoint's.
-
-    Raises
-    ------
-    MpisphError
-        On all ranks, if a particle is of a body or of a material that is not there.
-    """
-    p = checkpoint.particles
-    sound = _within(p.body, len(case.bodies)) and _within(
-        p.material, len(case.material_table)
-    )
-    error = None if sound else MpisphError("the checkpoint's particles are no case's")
-    raise_together(comm, error)
-    scales = Scales(state.energy_scale, np.array(state.sum_bounds))
-    sim = restore(case, comm, checkpoint.particles, checkpoint.n_total, scales)
-    sim.time, sim.step = state.time, state.step
-    sim.dt, sim.first_dt = state.dt, state.first_dt
-    return sim
-
-
-def _within(labels: IntArray, end: int) -> bool:
-    """Say whether all labels lie in ``[0, end)``."""
-    return bool(np.all((labels >= 0) & (labels < end)))

@@ -1,0 +1,122 @@
+"""What a run's constants are, as they follow from its case."""
+
+import math
+
+import numpy as np
+from mpi4py import MPI
+
+from mpisph.case import Case
+from mpisph.case.discretise import InitialParticles
+from mpisph.core.particles import Particles
+from mpisph.diagnostics.cloud import cloud_definition
+from mpisph.diagnostics.stability import Bounds
+from mpisph.materials import Material
+from mpisph.parallel.decomposition import Cut
+from mpisph.physics.eos import KINDS, P_MIN_MODES, MaterialConstants
+from mpisph.physics.response import MaterialTable, material_table
+from mpisph.physics.scheme import SchemeConstants
+from mpisph.physics.smoothing import MODES
+from mpisph.solver.state import Scales, Simulation
+from mpisph.sph.neighbours import make_lattice
+from mpisph.sph.timestep import StepRule
+
+
+def make_scheme(case: Case) -> SchemeConstants:
+    """Return the scheme's parameters as the jitted functions take them."""
+    s = case.scheme
+    return SchemeConstants(
+        alpha=s.viscosity.alpha,
+        beta=s.viscosity.beta,
+        epsilon=s.viscosity.epsilon,
+        printed=s.viscosity.form == "printed",
+        g1=s.heat.g1 if s.heat.enabled else 0.0,
+        g2=s.heat.g2 if s.heat.enabled else 0.0,
+        kappa=s.kappa,
+        self_term=s.self_term,
+        P_min=s.p_min.value,
+        P_min_mode=P_MIN_MODES[s.p_min.mode],
+        smoothing=MODES[s.smoothing],
+        sound_speed_floor=s.sound_speed_floor,
+    )
+
+
+def make_table(case: Case) -> MaterialTable:
+    """Return the constants of the case's materials, one row an entry of its table."""
+    strong = case.scheme.strength != "none"
+    return material_table(
+        [_constants(entry.material, entry.eos, strong) for entry in case.material_table]
+    )
+
+
+def _constants(material: Material, eos: str, strong: bool) -> MaterialConstants:
+    t = material.tillotson
+    unused = (math.nan,) * 9
+    return MaterialConstants(
+        KINDS[eos],
+        material.rho0,
+        material.c0,
+        material.hugoniot_slope,
+        material.gamma0,
+        material.bulk_modulus,
+        material.shear_modulus if strong else 0.0,
+        material.yield_strength if strong else 0.0,
+        *(
+            unused
+            if t is None
+            else (t.a, t.b, t.A, t.B, t.E0, t.Es, t.Es_prime, t.alpha, t.beta)
+        ),
+    )
+
+
+def make_simulation(
+    case: Case,
+    comm: MPI.Intracomm,
+    particles: Particles,
+    n_total: int,
+    cut: Cut,
+    scales: Scales,
+) -> Simulation:
+    """Return the simulation of a case with these particles."""
+    scheme = make_scheme(case)
+    return Simulation(
+        case=case,
+        comm=comm,
+        particles=particles,
+        n_total=n_total,
+        scheme=scheme,
+        table=make_table(case),
+        lattice=make_lattice(case.smoothing_length, scheme.kappa),
+        bounds=_bounds(case, scales.energy),
+        scales=scales,
+        cloud=cloud_definition(case),
+        cut=cut,
+    )
+
+
+def initial_scales(case: Case, initial: InitialParticles) -> Scales:
+    """Return the magnitudes of a run."""
+    slow = 0.01 * max(entry.material.c0 for entry in case.material_table)
+    speed = max(float(np.abs(initial.u_z).max()), slow)
+    energy = 0.5 * speed**2
+    room = 1e6
+    mass = float(initial.m.max())
+    terms = np.array([1.0, room * speed, room * energy, room * energy])
+    return Scales(energy, mass * terms)
+
+
+def step_rule(case: Case) -> StepRule:
+    """Return how the case's steps follow from the limits."""
+    longest = math.inf if case.time.dt is None else case.time.dt
+    kick = 0.5 if case.time.order == 2 else 1.0
+    return StepRule(case.time.step == "fixed", longest, case.time.cfl, kick)
+
+
+def _bounds(case: Case, energy: float) -> Bounds:
+    limits = case.limits
+    return Bounds(
+        density_min=limits.density_ratio_min,
+        density_max=limits.density_ratio_max,
+        energy=limits.energy_ratio_max * energy,
+        h_min=case.smoothing_length / limits.smoothing_ratio_max,
+        h_max=case.smoothing_length * limits.smoothing_ratio_max,
+    )

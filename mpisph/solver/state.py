@@ -1,0 +1,105 @@
+"""The state of a run: everything that a step reads or changes."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from mpi4py import MPI
+
+from mpisph.case import Case
+from mpisph.core.particles import FloatArray, Particles
+from mpisph.core.timers import Timers
+from mpisph.diagnostics.cloud import CloudDefinition
+from mpisph.diagnostics.stability import Bounds
+from mpisph.parallel.decomposition import Cut
+from mpisph.parallel.halo import Halo
+from mpisph.parallel.load_balance import Backoff, PairCost
+from mpisph.physics.response import MaterialTable
+from mpisph.physics.scheme import SchemeConstants
+from mpisph.sph.neighbours import Lattice
+
+
+class Scales(NamedTuple):
+    """Magnitudes of a run, taken at its start.
+
+    Attributes
+    ----------
+    energy : float
+        Specific energy: the largest kinetic one, or that of a hundredth of the bulk
+        sound speed where nothing moves [J/kg].
+    sums : ndarray, shape (4,)
+        Bounds of one particle's terms of the conserved sums. They may be loose: see
+        `collectives.fixed_point_chunks`.
+    """
+
+    energy: float
+    sums: FloatArray
+
+
+@dataclass
+class Simulation:
+    """Everything that a step reads or changes.
+
+    Attributes
+    ----------
+    case : Case
+    comm : MPI.Intracomm
+    particles : Particles
+        Owned by this rank.
+    n_total : int
+        Number of particles on all ranks.
+    scheme, table, lattice, bounds, scales, cloud
+        Constants of the run, derived from the case.
+    cut : Cut
+        Of the domain, one part a rank.
+    backoff : Backoff
+        With an imbalance that no other cut could lessen.
+    pair_cost : PairCost
+        Measured time of this rank's pairs.
+    relative_pair_cost : float
+        That over the mean of all ranks, at the last reduction.
+    halo : Halo
+        Buffers of the exchange, and what this rank has sent.
+    time : float
+        [s].
+    step : int
+        Steps made.
+    dt : float
+        Length of the last step [s].
+    first_dt : float
+        Length that the limits allowed for the first step [s]; 0 before it.
+    interactions : int
+        Directed interactions evaluated by this rank.
+    next_migration : int
+        Step from which on particles that have left their part change their owner.
+    next_sort : int
+        Step from which on this rank's particles are put into cell order again.
+    timers : Timers
+        Time spent in each phase of the step.
+    skip_quiescent : bool
+        Whether matter at rest is left out of the pair loop; no bit depends on it.
+    """
+
+    case: Case
+    comm: MPI.Intracomm
+    particles: Particles
+    n_total: int
+    scheme: SchemeConstants
+    table: MaterialTable
+    lattice: Lattice
+    bounds: Bounds
+    scales: Scales
+    cloud: CloudDefinition
+    cut: Cut
+    time: float = 0.0
+    step: int = 0
+    dt: float = 0.0
+    first_dt: float = 0.0
+    interactions: int = 0
+    next_migration: int = 0
+    next_sort: int = 0
+    backoff: Backoff = field(default_factory=Backoff)
+    pair_cost: PairCost = field(default_factory=PairCost)
+    relative_pair_cost: float = 1.0
+    halo: Halo = field(default_factory=Halo)
+    timers: Timers = field(default_factory=Timers)
+    skip_quiescent: bool = True

@@ -1,0 +1,193 @@
+"""One step of a run.
+
+A step reads as the algorithm::
+
+    kick half, drift, predict                     (R11)
+    send ghosts their fields
+    sort owned and ghosts into the global order
+    find neighbours; evaluate rates               (R1-R7, R10)
+    kick half; apply yield and equation of state  (R7-R9)
+
+Before each step the ranks make one reduction, the step's only one; now and then the
+cut is moved and particles change their owner.
+"""
+
+import numpy as np
+
+from mpisph.core.particles import INTEGRATED, STRESS_ROWS, FloatArray
+from mpisph.parallel.cost_model import fastest_cut
+from mpisph.parallel.decomposition import Cut, owners, part_work
+from mpisph.parallel.halo import boxes, exchange_halo, reach
+from mpisph.parallel.load_balance import imbalance, work_of
+from mpisph.parallel.migration import migrate
+from mpisph.physics.response import limit_stress, respond
+from mpisph.solver.reduction import Reduction, global_reduction
+from mpisph.solver.setup import step_rule
+from mpisph.solver.state import Simulation
+from mpisph.sph.integrator import drift, kick, predict
+from mpisph.sph.neighbours import cell_keys
+from mpisph.sph.rates import update_rates
+from mpisph.sph.sources import exchanged_fields, name_fields, sort_fields
+from mpisph.sph.timestep import StepRule
+
+MIGRATE_EVERY = 20
+"""Steps after which particles that have drifted out of their part are given away, where
+the cut stays. Until then they cost some ghosts; moving them takes a tenth of a step."""
+
+SORT_EVERY = 60
+"""Steps after which particles are stored in cell order again. What lies together in
+space then lies together in memory."""
+
+MOVE_GAIN = 0.02
+"""Share of the largest work of a rank that moving the cut must save."""
+
+
+def reduce_state(
+    sim: Simulation, rule: StepRule | None = None, stop_request: int = 0
+) -> Reduction:
+    """Make the global reduction before a step.
+
+    Parameters
+    ----------
+    sim : Simulation
+    rule : StepRule, optional
+        Which the step follows; by default the case's.
+    stop_request : int, optional
+        What this rank asks for (see `signals`).
+    """
+    with sim.timers.measure("reduction"):
+        found = global_reduction(
+            sim.comm,
+            sim.particles,
+            sim.table,
+            sim.scheme,
+            rule or step_rule(sim.case),
+            sim.bounds,
+            sim.scales.sums,
+            sim.cloud,
+            sim.pair_cost.value,
+            stop_request,
+        )
+    sim.relative_pair_cost = float(found.pair_costs[sim.comm.rank])
+    return found
+
+
+def rebalance(sim: Simulation, work: FloatArray) -> None:
+    """Move the cut where the work is unequal; give particles to their parts.
+
+    Parameters
+    ----------
+    sim : Simulation
+    work : ndarray, shape (ranks,)
+        Work of each rank.
+    """
+    with sim.timers.measure("balance"):
+        old, excess = sim.cut, imbalance(work)
+        if excess > sim.case.parallel.imbalance_threshold and sim.backoff.due(excess):
+            sim.cut = _better_cut(sim, work)
+            sim.backoff.note(excess, in_vain=sim.cut is old)
+        if sim.cut is not old or sim.step >= sim.next_migration:
+            sim.next_migration = sim.step + MIGRATE_EVERY
+            sim.particles = migrate(sim.comm, sim.particles, sim.cut)
+        if sim.step >= sim.next_sort:
+            sim.next_sort = sim.step + SORT_EVERY
+            p = sim.particles
+            keys = cell_keys(p.r, p.z, p.h, sim.lattice)
+            sim.particles = p.take(np.argsort(keys, kind="stable"))
+
+
+def _better_cut(sim: Simulation, work: FloatArray) -> Cut:
+    """Return a new cut, or the present one where the new one would save too little.
+
+    Layers of the initial lattice cannot be divided, so some imbalance may have to stay.
+    """
+    p, old = sim.particles, sim.cut
+    # Whole numbers: their sums over ranks have no rounding.
+    mine = np.rint(sim.relative_pair_cost * work_of(p.neighbours))
+    half = reach(p.h, sim.scheme.kappa)
+    new = fastest_cut(
+        sim.comm, p.r, p.z, half, mine,
+        mode=sim.case.parallel.cut, current=old.columns,
+    )  # fmt: skip
+    after = part_work(sim.comm, owners(new, p.r, p.z), mine)
+    saves = after.max() < (1.0 - MOVE_GAIN) * work.max()
+    return new if saves or new.columns != old.columns else old
+
+
+def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
+    """Make one step of `dt` [s] (R11).
+
+    Parameters
+    ----------
+    sim : Simulation
+    dt : float
+    rank_boxes : ndarray, shape (ranks, 4)
+        From the reduction before this step.
+    """
+    p = sim.particles
+    before = step_rule(sim.case).kick * dt
+    after = dt - before
+    with sim.timers.measure("stepping"):
+        kick(p, before)
+        drift(p, dt)
+        predicted = predict(p, after)
+    evaluate_rates(sim, predicted, rank_boxes, dt)
+    with sim.timers.measure("stepping"):
+        kick(p, after)
+    with sim.timers.measure("materials"):
+        respond(p, sim.table, sim.scheme)
+    sim.time += dt
+    sim.step += 1
+    sim.dt = dt
+
+
+def evaluate_rates(
+    sim: Simulation, integrated: FloatArray, rank_boxes: FloatArray, dt: float
+) -> None:
+    """Evaluate the rates of the owned particles (R1-R10).
+
+    Parameters
+    ----------
+    sim : Simulation
+    integrated : ndarray, shape (8, n)
+        Integrated fields at the time of evaluation; its stress is brought back to the
+        yield surface.
+    rank_boxes : ndarray, shape (ranks, 4)
+        Bounding boxes that hold for the positions and `integrated`.
+    dt : float
+        Time since the last evaluation, zero for the first [s].
+    """
+    p, scheme = sim.particles, sim.scheme
+    h = integrated[INTEGRATED.index("h")]
+    # Artificial heat (R6) needs the divergence, which this evaluation is to yield. The
+    # last one alone would make the scheme first order in time; extrapolated, it keeps
+    # the second.
+    last_div = p.div.copy()
+    div = last_div + dt * p.ddiv
+    with sim.timers.measure("materials"):
+        limit_stress(integrated[STRESS_ROWS], p.material, sim.table, p.plastic)
+    with sim.timers.measure("halo"):
+        fields = exchanged_fields(p, integrated, div)
+        half = reach(h, scheme.kappa)
+        these = boxes(p.r, p.z, half, half)
+        ghosts = exchange_halo(sim.comm, fields, these, rank_boxes, sim.halo)
+        if ghosts.size > 0:
+            fields = np.concatenate([fields, ghosts], axis=1)
+    with sim.timers.measure("neighbours"):
+        cells = sort_fields(fields, sim.lattice)
+    with sim.timers.measure("pair loop") as watch:
+        pairs = update_rates(
+            name_fields(fields),
+            cells,
+            sim.lattice,
+            sim.table,
+            scheme,
+            p.rates,
+            p.div,
+            p.neighbours,
+            sim.skip_quiescent,
+        )
+    sim.pair_cost.note(watch.spent, pairs)
+    sim.interactions += pairs
+    if dt > 0.0:
+        p.ddiv[:] = (p.div - last_div) / dt
