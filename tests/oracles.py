@@ -8,21 +8,14 @@ numbers, so that a derivative is an imaginary part without rounding error.
 import cmath
 import math
 from decimal import Decimal, localcontext
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from mpisph.core.particles import Particles
-from mpisph.physics.eos import (
-    CLAMP,
-    LINEAR,
-    MIE_GRUENEISEN,
-    OFF,
-    TILLOTSON,
-    ZERO,
-    MaterialConstants,
-)
-from mpisph.physics.response import material_table
+from mpisph.materials.model import TABLES
+from mpisph.physics.response import MaterialModels, material_table, respond
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC
 from mpisph.sph.neighbours import make_lattice, sort_into_cells
@@ -33,26 +26,63 @@ DIGITS = 60
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459")
 SERIES_UP_TO = 2000.0
 
-ALUMINIUM = MaterialConstants(
-    eos=MIE_GRUENEISEN,
-    rho0=2710.0,
-    c0=5350.0,
-    slope=1.49,
-    gamma=1.7,
-    K=72e9,
-    mu=25e9,
-    Y=55e6,
-    a=0.5,
-    b=1.63,
-    A=78.5e9,
-    B=65e9,
-    E0=5e6,
-    Es=2.76e6,
-    Es_prime=14.1e6,
-    alpha=5.0,
-    beta=5.0,
-)
+
+class Matter(NamedTuple):
+    """A material, its constants side by side, and the models that it is used with."""
+
+    rho0: float = 2710.0
+    c0: float = 5350.0
+    slope: float = 1.49
+    gamma: float = 1.7
+    K: float = 72e9
+    mu: float = 25e9
+    Y: float = 55e6
+    a: float = 0.5
+    b: float = 1.63
+    A: float = 78.5e9
+    B: float = 65e9
+    E0: float = 5e6
+    Es: float = 2.76e6
+    Es_prime: float = 14.1e6
+    alpha: float = 5.0
+    beta: float = 5.0
+    P_min: float = -math.inf
+    P_min_mode: str = "off"
+    eos: str = "mie-grueneisen"
+    strength: str = "elastic-plastic"
+
+    @property
+    def models(self):
+        """The same as mpisph takes it."""
+        names = {
+            "eos": self.eos,
+            "strength": self.strength,
+            "failure": "minimum-pressure",
+        }
+        tillotson = ("a", "b", "A", "B", "E0", "Es", "Es_prime", "alpha", "beta")
+        constants = {
+            "mie-grueneisen": {
+                "c0": self.c0,
+                "slope": self.slope,
+                "gamma0": self.gamma,
+            },
+            "linear": {"bulk_modulus": self.K},
+            "tillotson": {name: getattr(self, name) for name in tillotson},
+            "elastic-plastic": {"shear_modulus": self.mu, "yield_strength": self.Y},
+            "minimum-pressure": {"value": self.P_min, "mode": self.P_min_mode},
+        }
+        tables = {name: TABLES[name](**numbers) for name, numbers in constants.items()}
+        return MaterialModels("matter", self.rho0, names, tables)
+
+
+ALUMINIUM = Matter()
 COPPER = ALUMINIUM._replace(rho0=8930.0, c0=3940.0, mu=46e9, Y=120e6, K=140e9)
+
+
+def table_of(*matter):
+    """The table of constants of some materials."""
+    return material_table([each.models for each in matter])
+
 
 SCHEME = SchemeConstants(
     alpha=2.5,
@@ -63,8 +93,6 @@ SCHEME = SchemeConstants(
     g2=1.0,
     kappa=3.0,
     self_term=True,
-    P_min=-math.inf,
-    P_min_mode=OFF,
     smoothing=AXISYMMETRIC,
     sound_speed_floor=0.01,
 )
@@ -165,9 +193,9 @@ def tillotson_pressure(rho, E, mat):
 
 
 PRESSURES = {
-    LINEAR: linear_pressure,
-    MIE_GRUENEISEN: mie_grueneisen_pressure,
-    TILLOTSON: tillotson_pressure,
+    "linear": linear_pressure,
+    "mie-grueneisen": mie_grueneisen_pressure,
+    "tillotson": tillotson_pressure,
 }
 
 
@@ -184,15 +212,15 @@ def pressure_and_slopes(rho, E, mat):
 def pressure_and_sound_speed(rho, E, mat, scheme):
     P, P_rho, P_E = pressure_and_slopes(rho, E, mat)
     bulk = {
-        LINEAR: math.sqrt(mat.K / mat.rho0),
-        MIE_GRUENEISEN: mat.c0,
-        TILLOTSON: math.sqrt(mat.A / mat.rho0),
+        "linear": math.sqrt(mat.K / mat.rho0),
+        "mie-grueneisen": mat.c0,
+        "tillotson": math.sqrt(mat.A / mat.rho0),
     }[mat.eos]
     floor = scheme.sound_speed_floor * bulk
     c2 = P_rho + P * P_E / rho**2
     c = math.sqrt(c2) if c2 > floor**2 else floor
-    if scheme.P_min_mode != OFF and scheme.P_min > P:
-        P = {CLAMP: scheme.P_min, ZERO: 0.0}[scheme.P_min_mode]
+    if mat.P_min_mode != "off" and mat.P_min > P:
+        P = {"clamp": mat.P_min, "zero": 0.0}[mat.P_min_mode]
     return P, c
 
 
@@ -235,6 +263,15 @@ def cloud(n, seed, r_min=0.0, extent=12e-3, h=2e-3, h_spread=1.5, n_materials=1)
     return p
 
 
+def sent_fields(p, scheme=SCHEME, table=None):
+    """Return the exchanged fields and the shear modulus of particles as they are."""
+    table = table_of(ALUMINIUM) if table is None else table
+    # The stress is taken as it is, outside of the yield surface too.
+    state = p.material_state(p.integrated.copy())
+    respond(state, table, scheme.sound_speed_floor)
+    return exchanged_fields(p, {"P": state.P, "c": state.c}), state.G
+
+
 def evaluate(
     p,
     scheme=SCHEME,
@@ -244,19 +281,20 @@ def evaluate(
     skip_quiescent=True,
 ):
     """Let mpisph evaluate the rates of `p`, as one step does on one rank."""
-    fields = exchanged_fields(p, p.integrated, p.div)
+    table = table_of(*materials)
+    fields, G = sent_fields(p, scheme, table)
     if ghosts is not None:
         fields = np.concatenate([fields, ghosts], axis=1)
     lattice = make_lattice(h0, scheme.kappa)
     ids = fields[0].view(np.int64)
     cells = sort_into_cells(ids, fields[3], fields[4], fields[12], lattice)
-    table = material_table(list(materials))
     update_rates(
         name_fields(fields),
         cells,
         lattice,
         table,
         scheme,
+        G,
         p.rates,
         p.div,
         p.neighbours,

@@ -2,7 +2,7 @@
 
 from mpisph.case.bodies import Body, Cylinder, Plate, Sphere, SphericalShell
 from mpisph.case.load import CaseSource, case_from_dict, load_case
-from mpisph.case.model import Case, MaterialEntry
+from mpisph.case.model import Case
 from mpisph.case.schema import case_schema
 
 __all__ = [
@@ -10,7 +10,6 @@ __all__ = [
     "Case",
     "CaseSource",
     "Cylinder",
-    "MaterialEntry",
     "Plate",
     "Sphere",
     "SphericalShell",

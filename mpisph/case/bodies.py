@@ -15,12 +15,12 @@ from mpisph.inputs.quantities import (
     PositiveLength,
     Velocity,
 )
+from mpisph.materials.model import EquationOfState
 
 __all__ = [
     "Annulus",
     "Body",
     "Cylinder",
-    "EquationOfState",
     "Plate",
     "Rectangle",
     "Region",
@@ -29,8 +29,6 @@ __all__ = [
     "extent",
     "regions_overlap",
 ]
-
-EquationOfState = Literal["mie-grueneisen", "linear", "tillotson"]
 
 # Faces that coincide up to rounding touch; they do not overlap. The first is a fraction
 # of the smaller body, the second of the coordinates that were rounded.

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from mpisph.case.bodies import EquationOfState, Plate, SphericalShell, regions_overlap
+from mpisph.case.bodies import Plate, SphericalShell, regions_overlap
 from mpisph.case.partial_case import Parts, default_reference
 from mpisph.case.size_checks import SIZE_RULES
 from mpisph.case.times import requested_times
 from mpisph.inputs.findings import Finding, Key
 from mpisph.inputs.spelling import nearest_quoted
 from mpisph.materials import card_names
+from mpisph.materials.choice import chosen_models
+from mpisph.materials.model import TABLES
+from mpisph.physics.response import KINDS
 
 __all__ = ["find_problems"]
 
@@ -34,7 +37,7 @@ def find_problems(parts: Parts) -> list[Finding]:
         _check_overlaps,
         _check_resolution,
         _check_materials,
-        _check_tillotson,
+        _check_models,
         _check_measured_plate,
         _check_clock,
         _check_time_step,
@@ -128,20 +131,27 @@ def _check_materials(parts: Parts) -> Iterator[Finding]:
             )
 
 
-def _check_tillotson(parts: Parts) -> Iterator[Finding]:
-    """Require the constants of the Tillotson equation where it is chosen."""
+def _check_models(parts: Parts) -> Iterator[Finding]:
+    """Require the constants of the models that are chosen."""
+    if parts.scheme is None:
+        return
     for i, body in enumerate(parts.bodies):
         material = parts.materials.get(body.material) if body is not None else None
-        if body is None or material is None or material.tillotson is not None:
+        if body is None or material is None:
             continue
-        inherited: EquationOfState | None = parts.scheme.eos if parts.scheme else None
-        if (body.eos or inherited) == "tillotson":
-            key: Key = ("bodies", i, "eos") if body.eos else ("scheme", "eos")
-            yield Finding(
-                key,
-                f'"{material.name}", the material of "{body.name}", has no '
-                "Tillotson constants",
-            )
+        chosen = chosen_models(material, parts.scheme, body.eos)
+        for kind, name in chosen.names.items():
+            if name in TABLES and name not in chosen.constants:
+                key: Key = ("scheme", kind)
+                if kind == "eos" and body.eos:
+                    key = ("bodies", i, "eos")
+                elif getattr(material, kind) is not None:
+                    key = ("materials", body.material, kind)
+                yield Finding(
+                    key,
+                    f'"{material.name}", the material of "{body.name}", has no '
+                    f"{KINDS[kind][name].label} constants",
+                )
 
 
 def _check_measured_plate(parts: Parts) -> Iterator[Finding]:

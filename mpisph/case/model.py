@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import tomli_w
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from mpisph.case.bodies import Body, EquationOfState, Plate
+from mpisph.case.bodies import Body, Plate
 from mpisph.case.checks import find_problems
 from mpisph.case.partial_case import (
     Parts,
@@ -29,19 +29,15 @@ from mpisph.case.sections import (
 from mpisph.case.times import merge_times, periodic_times, requested_times
 from mpisph.inputs.quantities import FrozenModel, Identifier, Title
 from mpisph.materials import Material, card_names
+from mpisph.materials.choice import chosen_models
 from mpisph.materials.library import card_data
+from mpisph.materials.model import TABLES
+from mpisph.physics.response import KINDS, MaterialModels
 
-__all__ = ["MOST", "Case", "MaterialEntry", "merge_materials"]
+__all__ = ["MOST", "Case", "merge_materials"]
 
 MOST = 100
 """Bodies of a case, and materials."""
-
-
-class MaterialEntry(NamedTuple):
-    """A material together with the equation of state that a body uses it with."""
-
-    material: Material
-    eos: EquationOfState
 
 
 class Case(FrozenModel):
@@ -174,10 +170,12 @@ class Case(FrozenModel):
         return next((plate for plate in plates if plate.name == name), None)
 
     @property
-    def material_table(self) -> tuple[MaterialEntry, ...]:
-        """Distinct pairs of material and equation of state, in order of first use."""
+    def material_table(self) -> tuple[MaterialModels, ...]:
+        """The materials with the models that the bodies use, in order of first use."""
         pairs = dict.fromkeys(self._material_key(body) for body in self.bodies)
-        return tuple(MaterialEntry(self.materials[name], eos) for name, eos in pairs)
+        return tuple(
+            chosen_models(self.materials[name], self.scheme, eos) for name, eos in pairs
+        )
 
     @property
     def material_indices(self) -> tuple[int, ...]:
@@ -185,6 +183,10 @@ class Case(FrozenModel):
         keys = [self._material_key(body) for body in self.bodies]
         order = list(dict.fromkeys(keys))
         return tuple(order.index(key) for key in keys)
+
+    def body_models(self, body: Body) -> MaterialModels:
+        """Return the models that a body's material is used with."""
+        return chosen_models(self.body_material(body), self.scheme, body.eos)
 
     def body_material(self, body: Body) -> Material:
         """Return the material of a body."""
@@ -195,11 +197,11 @@ class Case(FrozenModel):
 
         Loading the text gives an equal case.
         """
-        text = tomli_w.dumps(self.model_dump(exclude_none=True))
+        text = tomli_w.dumps(self.model_dump(exclude_none=True, by_alias=True))
         return f"# A complete case: SI units, every default written out.\n\n{text}"
 
-    def _material_key(self, body: Body) -> tuple[str, EquationOfState]:
-        return body.material, body.eos or self.scheme.eos
+    def _material_key(self, body: Body) -> tuple[str, str]:
+        return body.material, self.body_models(body).names["eos"]
 
 
 def merge_materials(data: Mapping[str, Any]) -> Any:
@@ -213,10 +215,10 @@ def merge_materials(data: Mapping[str, Any]) -> Any:
     Returns
     -------
     dict
-        Raw tables by name: cards that bodies name, and the case's own tables. A
-        table that gives every required constant stands by itself; another one
-        changes single constants of the card of its name. What is malformed is
-        left as it is, for the model to refuse.
+        Raw tables by name: cards that bodies name, and the case's own tables. A table
+        that gives the density and all constants of an equation of state stands by
+        itself; another one changes single constants of the card of its name. What is
+        malformed is left as it is, for the model to refuse.
     """
     own = data.get("materials", {})
     bodies = data.get("bodies", ())
@@ -234,15 +236,26 @@ def merge_materials(data: Mapping[str, Any]) -> Any:
 def _complete_table(name: str, table: Any) -> Any:
     if not isinstance(table, Mapping):
         return table
-    fields = Material.model_fields.items()
-    required = {key for key, field in fields if field.is_required()}
-    if required <= table.keys() or name not in card_names():
+    if name not in card_names() or _stands_by_itself(table):
         return {**table, "name": name}
     card = card_data(name)
-    merged = {**card, **table}
-    if isinstance(table.get("tillotson"), Mapping):
-        merged["tillotson"] = {**card.get("tillotson", {}), **table["tillotson"]}
-    return merged
+    inner = {
+        key: {**card[key], **entry}
+        for key, entry in table.items()
+        if key in TABLES and isinstance(entry, Mapping) and key in card
+    }
+    return {**card, **table, **inner}
+
+
+def _stands_by_itself(table: Mapping[str, Any]) -> bool:
+    """Say whether a table gives the density and one equation of state whole."""
+    for model in KINDS["eos"]:
+        given = table.get(model)
+        fields = TABLES[model].model_fields.items()
+        required = {key for key, field in fields if field.is_required()}
+        if isinstance(given, Mapping) and required <= given.keys():
+            return "rho0" in table
+    return False
 
 
 def _sequence(value: Any) -> list[Any] | tuple[Any, ...]:

@@ -89,8 +89,8 @@ def _field_findings(details: list[ErrorDetails], data: Any) -> list[Finding]:
     for detail in details:
         finding = _translate(detail, data)
         key = finding.key
-        if detail["type"] == "missing" and key[0] == "materials" and len(key) == 3:
-            missing.setdefault(str(key[1]), []).append(str(key[2]))
+        if detail["type"] == "missing" and key[0] == "materials" and len(key) > 2:
+            missing.setdefault(str(key[1]), []).append(".".join(map(str, key[2:])))
         else:
             findings.setdefault(key, finding)
     incomplete = [_incomplete_material(name, keys) for name, keys in missing.items()]
@@ -114,7 +114,7 @@ def _translate(detail: ErrorDetails, data: Any) -> Finding:
         return Finding(key, _required(field_schema(key, data)))
     if kind == "extra_forbidden":
         known = field_schema(key[:-1], data).get("properties", {})
-        guess = nearest(str(key[-1]), known)
+        guess = _in_a_table(key, data, known) or nearest(str(key[-1]), known)
         listed = "" if guess else f"; expected one of {', '.join(known)}"
         return Finding(key, f"unknown key{listed}", guess)
     if kind in {"union_tag_not_found", "union_tag_invalid"}:
@@ -134,6 +134,15 @@ def _translate(detail: ErrorDetails, data: Any) -> Finding:
     if kind == "value_error":
         return Finding(key, str(context["error"]))
     return Finding(key, _TYPES.get(kind, detail["msg"]))
+
+
+def _in_a_table(key: Key, data: Any, known: Mapping[str, Any]) -> str | None:
+    """Return where a key would be known that stands a table too high."""
+    for name in known:
+        inner = field_schema((*key[:-1], name), data).get("properties", {})
+        if key[-1] in inner:
+            return f"{name}.{key[-1]}"
+    return None
 
 
 def _raw_key(location: tuple[int | str, ...]) -> Key:

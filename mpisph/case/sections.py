@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict
 
-from mpisph.case.bodies import EquationOfState
 from mpisph.inputs.quantities import (
     Count,
     Flag,
@@ -20,9 +19,10 @@ from mpisph.inputs.quantities import (
     PositiveTime,
     Quantity,
     Source,
-    TensionLimit,
     TimeOffset,
 )
+from mpisph.materials.model import EquationOfState, Failure, Strength
+from mpisph.physics.failure.minimum_pressure import MinimumPressure
 
 __all__ = [
     "Checkpoints",
@@ -32,7 +32,6 @@ __all__ = [
     "Measured",
     "Output",
     "Parallel",
-    "PressureLimit",
     "Resolution",
     "Scheme",
     "TimeStepping",
@@ -77,15 +76,6 @@ class Heat(FrozenModel):
     """Coefficient of the term with the rate of compression."""
 
 
-class PressureLimit(FrozenModel):
-    """Minimum tensile pressure (R9)."""
-
-    value: TensionLimit = 0.0
-    """Lowest pressure allowed; -inf for no limit."""
-    mode: Literal["clamp", "zero", "off"] = "clamp"
-    """What a lower pressure becomes: the limit, zero, or left as it is."""
-
-
 class Scheme(FrozenModel):
     """The equations and their switches."""
 
@@ -94,15 +84,17 @@ class Scheme(FrozenModel):
     kappa: Annotated[float, Field(gt=1, le=4), Quantity("")] = 3.0
     """Cut-off radius of the kernel over the smoothing length (R1)."""
     eos: EquationOfState = "mie-grueneisen"
-    """Equation of state (R8)."""
-    strength: Literal["elastic-plastic", "none"] = "elastic-plastic"
-    """Strength model (R7)."""
+    """Equation of state (R8) of all bodies and materials that name none."""
+    strength: Strength = "elastic-plastic"
+    """Strength model (R7) of all materials that name none."""
+    failure: Failure = "minimum-pressure"
+    """Failure model (R9) of all materials that name none."""
     viscosity: Viscosity = Viscosity()
     """Artificial viscosity (R5)."""
     heat: Heat = Heat()
     """Artificial heat conduction (R6)."""
-    p_min: PressureLimit = PressureLimit()
-    """Minimum tensile pressure (R9)."""
+    p_min: MinimumPressure = MinimumPressure()
+    """Minimum tensile pressure (R9) of all materials that give none."""
     smoothing: Literal["axisymmetric", "classic", "fixed"] = "axisymmetric"
     """Evolution of the smoothing length (R10)."""
     sound_speed_floor: Fraction = 0.01

@@ -114,7 +114,7 @@ def _least_step(parts: Parts) -> float | None:
         return time.dt
     limits = [] if time.dt is None else [time.dt]
     used = (parts.materials.get(name or "") for name in parts.material_names)
-    fastest = max((m.c0 for m in used if m is not None), default=None)
+    fastest = max((m.sound_speed for m in used if m is not None), default=None)
     if fastest is not None and spacing is not None and parts.resolution is not None:
         limits.append(time.cfl * parts.resolution.nph * spacing / fastest)
     return min(limits, default=None)

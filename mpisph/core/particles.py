@@ -1,12 +1,12 @@
 """The particles of one rank and the table of their fields.
 
-One table drives allocation, packing, migration, the halo and the files: a new
-field is one line of `FIELDS` and one annotation of `Particles` (and, where ghosts need
-it, one of `sources.Sources`).
+One table drives allocation, packing, migration, the halo and the files: a new field is
+one line of `FIELDS`.
 """
 
+import collections
 from collections.abc import Iterable
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-Role = Literal["label", "state", "rate", "derived"]
+Role = Literal["label", "state", "history", "rate", "derived"]
 
 
 class Field(NamedTuple):
@@ -30,9 +30,10 @@ class Field(NamedTuple):
         SI unit.
     meaning : str
         One line for people and for the files.
-    role : {"label", "state", "rate", "derived"}
-        Labels are integers that never change; states are integrated; rates
-        are their time derivatives; derived fields follow from the others.
+    role : {"label", "state", "history", "rate", "derived"}
+        Labels are integers that never change; states are integrated, and rates are
+        their time derivatives; history is what material models carry on from step to
+        step; derived fields follow from the others.
     exchanged : bool
         True where a ghost needs the field.
     saved : bool
@@ -63,6 +64,15 @@ FIELDS = (
     Field("S_zz", "S_zz", "Pa", "deviatoric stress zz", "state", True, True),
     Field("S_rz", "S_rz", "Pa", "deviatoric stress rz", "state", True, True),
     Field("h", "h", "m", "smoothing length", "state", True, True),
+    Field(
+        "plastic_strain",
+        "eps_p",
+        "1",
+        "equivalent plastic strain",
+        "history",
+        False,
+        True,
+    ),
     Field("du_r", "du_r/dt", "m/s2", "radial acceleration", "rate", False, False),
     Field("du_z", "du_z/dt", "m/s2", "axial acceleration", "rate", False, False),
     Field("drho", "drho/dt", "kg/m3/s", "rate of density", "rate", False, False),
@@ -73,11 +83,10 @@ FIELDS = (
     Field("dh", "dh/dt", "m/s", "rate of smoothing length", "rate", False, False),
     Field("div", "div u", "1/s", "velocity divergence", "derived", True, False),
     Field("ddiv", "d(div u)/dt", "1/s2", "rate of div u", "derived", False, False),
-    Field("P", "P", "Pa", "pressure", "derived", False, True),
-    Field("c", "c", "m/s", "sound speed", "derived", False, False),
-    Field(
-        "plastic", "plastic", "1", "1 while yielding, else 0", "derived", False, True
-    ),
+    Field("P", "P", "Pa", "pressure", "derived", True, True),
+    Field("c", "c", "m/s", "sound speed", "derived", True, False),
+    Field("G", "G", "Pa", "shear modulus", "derived", False, False),
+    Field("plastic", "plastic", "1", "1 while yielding", "derived", False, True),
     Field("neighbours", "N", "1", "number of neighbours", "derived", False, False),
 )
 
@@ -89,8 +98,21 @@ INTEGRATED = ("u_r", "u_z", "rho", "E", "S_rr", "S_zz", "S_rz", "h")
 
 _INTEGRATED = slice(VALUES.index("u_r"), VALUES.index("h") + 1)
 _RATES = slice(VALUES.index("du_r"), VALUES.index("dh") + 1)
-STRESS_ROWS = slice(INTEGRATED.index("S_rr"), INTEGRATED.index("S_rz") + 1)
-"""Where the stress stands among the integrated fields."""
+HISTORY = tuple(f.name for f in FIELDS if f.role == "history")
+
+_namedtuple: Any = collections.namedtuple  # of fields that follow the table
+
+_RATE_NAMES = tuple(f.name for f in FIELDS if f.role == "rate")
+RATE: Any = _namedtuple("RATE", _RATE_NAMES)(*range(len(_RATE_NAMES)))
+"""Row of each rate, by its name; that of an integrated field is the same."""
+
+RESPONSE = ("P", "c", "G", "plastic")
+"""Derived fields that material models set."""
+
+MaterialState: Any = _namedtuple(
+    "MaterialState", ("material", *INTEGRATED, *HISTORY, *RESPONSE)
+)
+"""What material models read and set of particles, each of shape (n,)."""
 
 _STRESS = slice(VALUES.index("S_rr"), VALUES.index("S_rz") + 1)
 
@@ -98,8 +120,8 @@ _STRESS = slice(VALUES.index("S_rr"), VALUES.index("S_rz") + 1)
 class Particles:
     """The particles that one rank owns, as a struct of arrays.
 
-    Each field of `FIELDS` is an attribute, a contiguous row view of `labels`
-    (int64, shape ``(3, n)``) or of `values` (float64, shape ``(25, n)``).
+    Each field of `FIELDS` is an attribute, a contiguous row view of `labels` (int64) or
+    of `values` (float64).
 
     Parameters
     ----------
@@ -107,34 +129,11 @@ class Particles:
     values : ndarray of float64, shape (len(VALUES), n)
     """
 
-    id: IntArray
-    body: IntArray
-    material: IntArray
-    m: FloatArray
-    r: FloatArray
-    z: FloatArray
-    u_r: FloatArray
-    u_z: FloatArray
-    rho: FloatArray
-    E: FloatArray
-    S_rr: FloatArray
-    S_zz: FloatArray
-    S_rz: FloatArray
-    h: FloatArray
-    du_r: FloatArray
-    du_z: FloatArray
-    drho: FloatArray
-    dE: FloatArray
-    dS_rr: FloatArray
-    dS_zz: FloatArray
-    dS_rz: FloatArray
-    dh: FloatArray
-    div: FloatArray
-    ddiv: FloatArray
-    P: FloatArray
-    c: FloatArray
-    plastic: FloatArray
-    neighbours: FloatArray
+    # By their names, for those who read the code; `FIELDS` is what counts.
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Return a field; `labels` are int64, `values` float64."""
 
     def __init__(self, labels: IntArray, values: FloatArray) -> None:
         self.labels = labels
@@ -163,6 +162,22 @@ class Particles:
     def rates(self) -> FloatArray:
         """The rates of `integrated`, shape (8, n)."""
         return self.values[_RATES]
+
+    def material_state(self, integrated: FloatArray | None = None) -> Any:
+        """Return the `MaterialState` of these particles, or as it will be.
+
+        Parameters
+        ----------
+        integrated : ndarray, shape (8, n), optional
+            The integrated fields at another time. History and response are then copies,
+            which models may set without any effect on the particles.
+        """
+        if integrated is None:
+            return MaterialState(*(getattr(self, n) for n in MaterialState._fields))
+        ahead = dict(zip(INTEGRATED, integrated, strict=True))
+        history = {name: getattr(self, name).copy() for name in HISTORY}
+        response = dict(zip(RESPONSE, np.empty((len(RESPONSE), self.n)), strict=True))
+        return MaterialState(self.material, **ahead, **history, **response)
 
     @property
     def stress(self) -> FloatArray:

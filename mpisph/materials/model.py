@@ -2,106 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from pydantic import Field, GetJsonSchemaHandler, model_validator
-from pydantic_core import CoreSchema
+from pydantic import Field, create_model
 
-from mpisph.inputs.quantities import (
-    Density,
-    Description,
-    FrozenModel,
-    NonNegativePressure,
-    Positive,
-    PositivePressure,
-    Pressure,
-    Quantity,
-    SoundSpeed,
-    Source,
-    SpecificEnergy,
-)
+from mpisph.inputs.quantities import Density, Description
+from mpisph.inputs.sourced import Sourced
+from mpisph.physics.response import KINDS
 
-__all__ = ["Material", "Sourced", "Tillotson"]
+if TYPE_CHECKING:
+    EquationOfState: TypeAlias = str
+    Strength: TypeAlias = str
+    Failure: TypeAlias = str
+else:
+    EquationOfState = Literal[tuple(KINDS["eos"])]
+    Strength = Literal[tuple(KINDS["strength"])]
+    Failure = Literal[tuple(KINDS["failure"])]
 
-
-class Sourced(FrozenModel):
-    """A table of numbers that remembers where each number comes from.
-
-    A number may be given bare, or as ``{ value = ..., source = "..." }``; the
-    second form is split into the number and an entry of `sources`.
-    """
-
-    sources: dict[str, Source] = Field(default_factory=dict, max_length=100)
-    """Where each number comes from, by key."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _split_sources(cls, data: Any) -> Any:
-        """Move the source of every sourced number into `sources`."""
-        if not isinstance(data, Mapping):
-            return data
-        given = data.get("sources", {})
-        if not isinstance(given, Mapping):
-            return data
-        numbers, sources = {}, dict(given)
-        for key, entry in data.items():
-            if isinstance(entry, Mapping) and set(entry) == {"value", "source"}:
-                numbers[key], sources[key] = entry["value"], entry["source"]
-            else:
-                numbers[key] = entry
-        return {**numbers, "sources": sources}
-
-    @classmethod
-    def __get_pydantic_json_schema__(
-        cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        """Describe the sourced form, and that a card may supply what is left out."""
-        schema = handler.resolve_ref_schema(handler(core_schema))
-        schema.pop("required", None)
-        for field in schema["properties"].values():
-            if "unit" in field:
-                number = {"anyOf": list(field["anyOf"])}
-                source = {"type": "string"}
-                pair = {"value": number, "source": source}
-                field["anyOf"].append({"type": "object", "properties": pair})
-        return schema
+TABLES = {
+    model.name: model.constants
+    for models in KINDS.values()
+    for model in models.values()
+    if model.constants is not None
+}
+"""Constants of every model that has any, by its name."""
 
 
-class Tillotson(Sourced):
-    """Constants of the Tillotson equation of state (R8)."""
-
-    a: Positive
-    """Coefficient a, the thermal coefficient at high energy."""
-    b: Positive
-    """Coefficient b, added to a at low energy."""
-    A: PositivePressure
-    """Linear coefficient of the cold compression curve."""
-    B: Pressure
-    """Quadratic coefficient of the cold compression curve."""
-    E0: SpecificEnergy
-    """Energy that sets the fall of the b term."""
-    Es: SpecificEnergy
-    """Energy of incipient vaporisation."""
-    Es_prime: SpecificEnergy
-    """Energy of complete vaporisation."""
-    alpha: Positive
-    """Exponent of the expanded, vaporised branch."""
-    beta: Positive
-    """Exponent of the cold pressure in the expanded, vaporised branch."""
-
-    @model_validator(mode="after")
-    def _check_energies(self) -> Tillotson:
-        """Require the two vaporisation energies in their order."""
-        if self.Es_prime <= self.Es:
-            raise ValueError(
-                f"Es_prime must exceed Es = {self.Es:g} J/kg, got {self.Es_prime:g}"
-            )
-        return self
-
-
-class Material(Sourced):
-    """Constants of one material (source paper, tables 2 and 3)."""
+class _Material(Sourced):
+    """Constants of one material: a table for each model that it may be used with."""
 
     name: str = Field(default="", max_length=80)
     """Name by which bodies refer to the material."""
@@ -109,27 +37,40 @@ class Material(Sourced):
     """What the material is, in words."""
     rho0: Density
     """Reference density."""
-    c0: SoundSpeed
-    """Bulk sound speed, the intercept of the shock velocity line."""
-    hugoniot_slope: Annotated[float, Field(gt=0, le=20), Quantity("")]
-    """Slope k of shock velocity against particle velocity."""
-    gamma0: Annotated[float, Field(ge=0, le=20), Quantity("")]
-    """Grueneisen parameter at the reference density."""
-    shear_modulus: NonNegativePressure
-    """Shear modulus."""
-    yield_strength: NonNegativePressure
-    """Yield strength, constant; at most the shear modulus, unless that is zero."""
-    bulk_modulus: PositivePressure
-    """Bulk modulus of the linear equation of state."""
-    tillotson: Tillotson | None = None
-    """Constants of the Tillotson equation of state, where they are known."""
+    eos: EquationOfState | None = None
+    """Equation of state (R8); the scheme's, if left out."""
+    strength: Strength | None = None
+    """Strength model (R7); the scheme's, if left out."""
+    failure: Failure | None = None
+    """Failure model (R9); the scheme's, if left out."""
 
-    @model_validator(mode="after")
-    def _check_strength(self) -> Material:
-        """Require that a solid yields before it is sheared by its own size."""
-        if 0.0 < self.shear_modulus < self.yield_strength:
-            raise ValueError(
-                f"yield_strength must not exceed shear_modulus = "
-                f"{self.shear_modulus:g} Pa, got {self.yield_strength:g}"
-            )
-        return self
+    @property
+    def sound_speed(self) -> float:
+        """Largest bulk sound speed of its equations of state [m/s]; 0 without any."""
+        tables = [self.constants(model) for model in KINDS["eos"]]
+        return max((t.bulk_sound_speed(self.rho0) for t in tables if t), default=0.0)
+
+    def constants(self, model: str) -> Any:
+        """Return the constants of a model by its name, None where there are none."""
+        return getattr(self, _attribute(model))
+
+
+def _attribute(model: str) -> str:
+    return model.replace("-", "_")
+
+
+def _table(model: str) -> Any:
+    constants = TABLES[model]
+    text = (constants.__doc__ or "").partition("\n")[0]
+    return constants | None, Field(default=None, alias=model, description=text)
+
+
+if TYPE_CHECKING:
+    Material: TypeAlias = _Material
+else:
+    Material = create_model(
+        "Material",
+        __base__=_Material,
+        __doc__=_Material.__doc__,
+        **{_attribute(model): _table(model) for model in TABLES},
+    )

@@ -1,91 +1,120 @@
-"""Material response of particles: pressure, sound speed and yield."""
+"""Response of matter to its state: pressure, sound speed, shear modulus and yield.
+
+The models that a material has chosen stand in its row of the table of constants.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from numba import njit
 
 from mpisph.core.jit import EXACT
-from mpisph.core.particles import Particles
-from mpisph.physics.eos import (
-    KINDS,
-    MaterialConstants,
-    bulk_sound_speed,
-    minimum_pressure,
-    pressure,
-    sound_speed,
-)
-from mpisph.physics.scheme import SchemeConstants
-from mpisph.physics.strength import yield_factor
+from mpisph.inputs.sourced import Sourced
+from mpisph.physics import eos, failure, strength
+from mpisph.physics.eos import pressure
+from mpisph.physics.failure import limit_pressure
+from mpisph.physics.models import Model, record, record_type
+from mpisph.physics.sound import sound_speed
+from mpisph.physics.strength import shear_modulus, yield_stress
+from mpisph.physics.stress import equivalent_stress, plastic_increment, yield_factor
 
 MaterialTable = npt.NDArray[np.void]
-"""Structured array of `MaterialConstants`, one row a material."""
+"""Structured array of the constants of all models, one row a material."""
 
-TABLE_TYPE = np.dtype(
-    [
-        (name, np.int64 if kind is int else np.float64)
-        for name, kind in MaterialConstants.__annotations__.items()
+KINDS: Mapping[str, Mapping[str, Model]] = {
+    "eos": eos.MODELS,
+    "strength": strength.MODELS,
+    "failure": failure.MODELS,
+}
+"""All models, by kind and name."""
+
+
+class MaterialModels(NamedTuple):
+    """The models of one material, and their constants.
+
+    Attributes
+    ----------
+    material : str
+        Name of the material.
+    rho0 : float
+        Reference density [kg/m3].
+    names : mapping of str to str
+        Name of the model of each kind.
+    constants : mapping of str to Sourced
+        By the name of the model; those of other models are not used.
+    """
+
+    material: str
+    rho0: float
+    names: Mapping[str, str]
+    constants: Mapping[str, Sourced]
+
+    @property
+    def bulk_sound_speed(self) -> float:
+        """Sound speed at rest, without strength [m/s]."""
+        chosen: Any = self.constants[self.names["eos"]]
+        return float(chosen.bulk_sound_speed(self.rho0))
+
+
+def table_type() -> np.dtype[Any]:
+    """Return the structured type of a row of the table of constants."""
+    common = [("rho0", np.float64), ("bulk_sound_speed", np.float64)]
+    numbers = [(kind, np.int64) for kind in KINDS]
+    models = [
+        (model.attribute, record_type(model.constants))
+        for known in KINDS.values()
+        for model in known.values()
+        if model.constants is not None
     ]
-)
+    # A record gives its fields as attributes, with and without compiling.
+    return np.dtype((np.record, [*common, *numbers, *models]))
 
 
-def material_table(rows: list[MaterialConstants]) -> MaterialTable:
+def material_table(materials: Sequence[MaterialModels]) -> MaterialTable:
     """Return the constants as the structured array that jitted functions index.
 
-    Raises
-    ------
-    ValueError
-        If a row's equation of state is unknown.
+    Parameters
+    ----------
+    materials : sequence of MaterialModels
     """
-    for row in rows:
-        if row.eos not in KINDS.values():
-            raise ValueError(f"unknown equation of state number {row.eos}")
-    return np.array([tuple(row) for row in rows], dtype=TABLE_TYPE)
+    table = np.zeros(len(materials), table_type())
+    for row, material in zip(table, materials, strict=True):
+        row["rho0"] = material.rho0
+        row["bulk_sound_speed"] = material.bulk_sound_speed
+        for kind, models in KINDS.items():
+            chosen = models[material.names[kind]]
+            row[kind] = list(models).index(chosen.name)
+            if chosen.constants is not None:
+                row[chosen.attribute] = record(material.constants[chosen.name])
+    return table
 
 
 @njit(**EXACT)
-def pressure_and_sound_speed(rho, E, mat, scheme):
-    """Return P with its tensile limit (R8, R9) [Pa] and c (R8) [m/s]."""
-    P, dP_drho, dP_dE = pressure(rho, E, mat)
-    floor = scheme.sound_speed_floor * bulk_sound_speed(mat)
-    c = sound_speed(rho, P, dP_drho, dP_dE, floor)
-    return minimum_pressure(P, scheme.P_min, scheme.P_min_mode), c
-
-
-@njit(**EXACT)
-def limit_stress(S, material, table, plastic):
-    """Bring the stress back to the yield surface, in place (R7).
+def respond(x, table, sound_speed_floor):
+    """Set P, c and G (R7-R9), and bring the stress back to the yield surface (R7).
 
     Parameters
     ----------
-    S : ndarray, shape (3, n)
-        S_rr, S_zz, S_rz [Pa]; scaled where they lie outside.
-    material : ndarray of int64, shape (n,)
+    x : MaterialState
+        Of particles: stress, history and response are set.
     table : structured ndarray
-    plastic : ndarray, shape (n,)
-        Written: 1 where the particle yields, else 0.
+    sound_speed_floor : float
+        Smallest sound speed in units of the bulk sound speed.
     """
-    for i in range(material.size):
-        factor = yield_factor(S[0, i], S[1, i], S[2, i], table[material[i]].Y)
-        plastic[i] = 1.0 if factor < 1.0 else 0.0
-        for k in range(3):
-            S[k, i] *= factor
-
-
-@njit(**EXACT)
-def _pressures(rho, E, material, table, scheme, P, c):
-    for i in range(rho.size):
-        P[i], c[i] = pressure_and_sound_speed(rho[i], E[i], table[material[i]], scheme)
-
-
-def respond(p: Particles, table: MaterialTable, scheme: SchemeConstants) -> None:
-    """Apply the yield limit (R7) and set P and c (R8, R9) of owned particles.
-
-    Parameters
-    ----------
-    p : Particles
-        S_rr, S_zz, S_rz, plastic, P and c are written.
-    table : structured ndarray
-    scheme : SchemeConstants
-    """
-    limit_stress(p.stress, p.material, table, p.plastic)
-    _pressures(p.rho, p.E, p.material, table, scheme, p.P, p.c)
+    for k in range(x.material.size):
+        mat = table[x.material[k]]
+        P, dP_drho, dP_dE = pressure(x, k, mat)
+        floor = sound_speed_floor * mat.bulk_sound_speed
+        x.c[k] = sound_speed(x.rho[k], P, dP_drho, dP_dE, floor)
+        x.P[k] = P
+        x.P[k] = limit_pressure(x, k, mat)
+        x.G[k] = shear_modulus(x, k, mat)
+        stress = equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
+        factor = yield_factor(stress, yield_stress(x, k, mat))
+        x.plastic[k] = 1.0 if factor < 1.0 else 0.0
+        x.plastic_strain[k] += plastic_increment(stress, factor, x.G[k])
+        x.S_rr[k] *= factor
+        x.S_zz[k] *= factor
+        x.S_rz[k] *= factor

@@ -18,10 +18,6 @@ class SchemeConstants(NamedTuple):
         Cut of the kernel in units of h (R1).
     self_term : bool
         Whether a ring acts on itself (R1).
-    P_min : float
-        Minimum tensile pressure [Pa] (R9).
-    P_min_mode : int
-        One of `eos.OFF`, `eos.CLAMP`, `eos.ZERO` (R9).
     smoothing : int
         One of `smoothing.FIXED`, `CLASSIC`, `AXISYMMETRIC` (R10).
     sound_speed_floor : float
@@ -36,7 +32,5 @@ class SchemeConstants(NamedTuple):
     g2: float
     kappa: float
     self_term: bool
-    P_min: float
-    P_min_mode: int
     smoothing: int
     sound_speed_floor: float

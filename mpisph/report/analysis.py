@@ -189,7 +189,7 @@ def _fits(case: Case, plate: Plate) -> list[tuple[str, str]]:
     if len(spheres) != 1 or len(case.bodies) != 2:
         return []
     diameter, velocity = 2.0 * spheres[0].radius, impact_velocity(case)
-    sound = case.body_material(plate).c0
+    sound = case.body_models(plate).bulk_sound_speed
     fits = {
         "Maiden": maiden_diameter(diameter, plate.thickness, velocity, sound),
         "Nysmith": nysmith_diameter(diameter, plate.thickness, velocity),

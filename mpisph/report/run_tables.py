@@ -4,11 +4,12 @@ import math
 from collections.abc import Sequence
 
 from mpisph.case import Body, Case, Cylinder, Plate, Sphere, SphericalShell
-from mpisph.case.bodies import EquationOfState
-from mpisph.case.sections import Exposure, PressureLimit, TimeStepping
+from mpisph.case.sections import Exposure, TimeStepping
 from mpisph.diagnostics.cloud import CloudFigure
 from mpisph.io.result import Comparison
 from mpisph.io.stored_run import StoredRun
+from mpisph.physics.models import described
+from mpisph.physics.response import KINDS, MaterialModels
 from mpisph.report.page import NONE, Link, Table
 
 Row = tuple[str | Link, ...]
@@ -18,12 +19,6 @@ OFFSET_TEXT = (
     "of first contact: so each exposure is compared twice, at its nominal time as if "
     "there were no difference, and with the case's clock offset added."
 )
-
-_EOS: dict[EquationOfState, str] = {
-    "mie-grueneisen": "Mie-Grüneisen",
-    "linear": "linear",
-    "tillotson": "Tillotson",
-}
 
 _SMOOTHING = {
     "axisymmetric": "axisymmetric, eq (21)",
@@ -74,7 +69,7 @@ def bodies_table(case: Case) -> Table:
             f"{body.shape.replace('_', ' ')}, {_size(body)}",
             f"{body.velocity / 1e3:g}",
             body.material,
-            _EOS[body.eos or case.scheme.eos],
+            KINDS["eos"][case.body_models(body).names["eos"]].label,
         )
         for body in case.bodies
     ]
@@ -108,25 +103,42 @@ def _mm(length: float) -> str:
 
 
 def materials_table(case: Case) -> Table:
-    """Return the constants of the materials."""
-    rows: list[Row] = [
-        (
-            name,
-            material.description or NONE,
-            f"{material.rho0:g}",
-            f"{material.c0:g}",
-            f"{material.hugoniot_slope:g}",
-            f"{material.gamma0:g}",
-            f"{material.shear_modulus / 1e9:g}",
-            f"{material.yield_strength / 1e6:g}",
-        )
-        for name, material in case.materials.items()
-    ]
+    """Return the models of the materials and their constants."""
+    rows: list[Row] = []
+    for models in case.material_table:
+        material = case.materials[models.material]
+        chosen = (_model(models, kind) for kind in KINDS)
+        density = f"{material.rho0:g}"
+        what = material.description or NONE
+        rows.append((models.material, what, density, *chosen))
     heads = (
-        "material", "what it is", "ρ₀ [kg/m³]", "c₀ [m/s]", "k", "Γ₀", "G [GPa]",
-        "Y₀ [MPa]",
+        "material", "what it is", "ρ₀ [kg/m³]", "equation of state", "strength",
+        "failure",
     )  # fmt: skip
     return Table("Materials", heads, rows, "Sources stand in the case file below.")
+
+
+def _model(models: MaterialModels, kind: str) -> str:
+    """Return the model of one kind that a material is used with, and its constants."""
+    model = KINDS[kind][models.names[kind]]
+    if model.constants is None:
+        return model.label
+    numbers = described(models.constants[model.name])
+    return f"{model.label}: " + ", ".join(
+        f"{name.replace('_', ' ')} {_number(value, unit)}"
+        for name, value, unit in numbers
+    )
+
+
+def _number(value: float | str, unit: str) -> str:
+    """Return a constant in the unit of a workshop."""
+    if isinstance(value, str):
+        return value
+    if unit in {"Pa", "J/kg"}:
+        for factor, prefix in ((1e9, "G"), (1e6, "M")):
+            if factor <= abs(value) < math.inf:
+                return f"{value / factor:g} {prefix}{unit}"
+    return f"{value:g} {unit}".rstrip()
 
 
 def setup_table(run: StoredRun) -> Table:
@@ -137,7 +149,6 @@ def setup_table(run: StoredRun) -> Table:
     if resolution.npr is not None:
         spacing = f"NPR {resolution.npr}, along {resolution.reference}: {spacing}"
     smoothing = f"NPH {resolution.nph:g}: {_mm(case.smoothing_length)} at the start"
-    strength = {"none": "none", "elastic-plastic": "elastic, perfectly plastic"}
     rows: list[Row] = [
         ("particle spacing", spacing),
         ("particles", particle_count(run)),
@@ -151,8 +162,6 @@ def setup_table(run: StoredRun) -> Table:
             "artificial heat",
             f"g₁ {heat.g1:g}, g₂ {heat.g2:g}" if heat.enabled else "off",
         ),
-        ("strength", strength[scheme.strength]),
-        ("lowest pressure", _lowest_pressure(scheme.p_min)),
         (
             "kernel",
             f"Gaussian, cut at {scheme.kappa:g} h; a ring "
@@ -162,13 +171,6 @@ def setup_table(run: StoredRun) -> Table:
         ("end of the run", us(case.end_time)),
     ]
     return Table("Resolution and scheme", ("", ""), rows + _cloud_rows(case))
-
-
-def _lowest_pressure(limit: PressureLimit) -> str:
-    if limit.mode == "off" or limit.value == -math.inf:
-        return "no limit"
-    becomes = "this limit" if limit.mode == "clamp" else "zero"
-    return f"{limit.value / 1e9:g} GPa; what is lower becomes {becomes}"
 
 
 def _step(time: TimeStepping) -> str:

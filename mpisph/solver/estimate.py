@@ -129,7 +129,7 @@ def _typical_step(case: Case) -> float:
     t, viscosity = case.time, case.scheme.viscosity
     if t.step == "fixed" and t.dt is not None:
         return t.dt
-    fastest = max(entry.material.c0 for entry in case.material_table)
+    fastest = max(entry.bulk_sound_speed for entry in case.material_table)
     signal = fastest * (1.0 + VISCOUS_SHARE * viscosity.alpha)
     step = COMPRESSION * t.cfl * case.smoothing_length / signal
     return step if t.dt is None else min(step, t.dt)

@@ -10,10 +10,8 @@ from mpisph.case.discretise import InitialParticles
 from mpisph.core.particles import Particles
 from mpisph.diagnostics.cloud import cloud_definition
 from mpisph.diagnostics.stability import Bounds
-from mpisph.materials import Material
 from mpisph.parallel.decomposition import Cut
-from mpisph.physics.eos import KINDS, P_MIN_MODES, MaterialConstants
-from mpisph.physics.response import MaterialTable, material_table
+from mpisph.physics.response import material_table
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import MODES
 from mpisph.solver.state import Scales, Simulation
@@ -33,38 +31,8 @@ def make_scheme(case: Case) -> SchemeConstants:
         g2=s.heat.g2 if s.heat.enabled else 0.0,
         kappa=s.kappa,
         self_term=s.self_term,
-        P_min=s.p_min.value,
-        P_min_mode=P_MIN_MODES[s.p_min.mode],
         smoothing=MODES[s.smoothing],
         sound_speed_floor=s.sound_speed_floor,
-    )
-
-
-def make_table(case: Case) -> MaterialTable:
-    """Return the constants of the case's materials, one row an entry of its table."""
-    strong = case.scheme.strength != "none"
-    return material_table(
-        [_constants(entry.material, entry.eos, strong) for entry in case.material_table]
-    )
-
-
-def _constants(material: Material, eos: str, strong: bool) -> MaterialConstants:
-    t = material.tillotson
-    unused = (math.nan,) * 9
-    return MaterialConstants(
-        KINDS[eos],
-        material.rho0,
-        material.c0,
-        material.hugoniot_slope,
-        material.gamma0,
-        material.bulk_modulus,
-        material.shear_modulus if strong else 0.0,
-        material.yield_strength if strong else 0.0,
-        *(
-            unused
-            if t is None
-            else (t.a, t.b, t.A, t.B, t.E0, t.Es, t.Es_prime, t.alpha, t.beta)
-        ),
     )
 
 
@@ -84,18 +52,19 @@ def make_simulation(
         particles=particles,
         n_total=n_total,
         scheme=scheme,
-        table=make_table(case),
+        table=material_table(case.material_table),
         lattice=make_lattice(case.smoothing_length, scheme.kappa),
         bounds=_bounds(case, scales.energy),
         scales=scales,
         cloud=cloud_definition(case),
+        rule=step_rule(case),
         cut=cut,
     )
 
 
 def initial_scales(case: Case, initial: InitialParticles) -> Scales:
     """Return the magnitudes of a run."""
-    slow = 0.01 * max(entry.material.c0 for entry in case.material_table)
+    slow = 0.01 * max(entry.bulk_sound_speed for entry in case.material_table)
     speed = max(float(np.abs(initial.u_z).max()), slow)
     energy = 0.5 * speed**2
     room = 1e6

@@ -64,7 +64,7 @@ def start_from(
     del initial  # every rank holds all of it
     sim = make_simulation(case, comm, particles, n_total, cut, scales)
     sim.time = time
-    respond(sim.particles, sim.table, sim.scheme)
+    respond(sim.particles.material_state(), sim.table, sim.scheme.sound_speed_floor)
     rank_boxes = reduce_state(sim, NO_STEP).rank_boxes
     evaluate_rates(sim, sim.particles.integrated.copy(), rank_boxes, 0.0)
     sim.pair_cost = PairCost()  # the first time, compiled code was loaded too

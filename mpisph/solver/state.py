@@ -16,6 +16,7 @@ from mpisph.parallel.load_balance import Backoff, PairCost
 from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.sph.neighbours import Lattice
+from mpisph.sph.timestep import StepRule
 
 
 class Scales(NamedTuple):
@@ -49,6 +50,8 @@ class Simulation:
         Number of particles on all ranks.
     scheme, table, lattice, bounds, scales, cloud
         Constants of the run, derived from the case.
+    rule : StepRule
+        How the case's steps follow from the limits.
     cut : Cut
         Of the domain, one part a rank.
     backoff : Backoff
@@ -89,6 +92,7 @@ class Simulation:
     bounds: Bounds
     scales: Scales
     cloud: CloudDefinition
+    rule: StepRule
     cut: Cut
     time: float = 0.0
     step: int = 0

@@ -14,15 +14,14 @@ cut is moved and particles change their owner.
 
 import numpy as np
 
-from mpisph.core.particles import INTEGRATED, STRESS_ROWS, FloatArray
+from mpisph.core.particles import FloatArray
 from mpisph.parallel.cost_model import fastest_cut
 from mpisph.parallel.decomposition import Cut, owners, part_work
 from mpisph.parallel.halo import boxes, exchange_halo, reach
 from mpisph.parallel.load_balance import imbalance, work_of
 from mpisph.parallel.migration import migrate
-from mpisph.physics.response import limit_stress, respond
+from mpisph.physics.response import respond
 from mpisph.solver.reduction import Reduction, global_reduction
-from mpisph.solver.setup import step_rule
 from mpisph.solver.state import Simulation
 from mpisph.sph.integrator import drift, kick, predict
 from mpisph.sph.neighbours import cell_keys
@@ -61,7 +60,7 @@ def reduce_state(
             sim.particles,
             sim.table,
             sim.scheme,
-            rule or step_rule(sim.case),
+            rule or sim.rule,
             sim.bounds,
             sim.scales.sums,
             sim.cloud,
@@ -125,7 +124,7 @@ def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
         From the reduction before this step.
     """
     p = sim.particles
-    before = step_rule(sim.case).kick * dt
+    before = sim.rule.kick * dt
     after = dt - before
     with sim.timers.measure("stepping"):
         kick(p, before)
@@ -135,7 +134,7 @@ def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
     with sim.timers.measure("stepping"):
         kick(p, after)
     with sim.timers.measure("materials"):
-        respond(p, sim.table, sim.scheme)
+        respond(p.material_state(), sim.table, sim.scheme.sound_speed_floor)
     sim.time += dt
     sim.step += 1
     sim.dt = dt
@@ -158,17 +157,17 @@ def evaluate_rates(
         Time since the last evaluation, zero for the first [s].
     """
     p, scheme = sim.particles, sim.scheme
-    h = integrated[INTEGRATED.index("h")]
-    # Artificial heat (R6) needs the divergence, which this evaluation is to yield. The
+    # Artificial heat (R6) needs the divergence, which this evaluation is to give. The
     # last one alone would make the scheme first order in time; extrapolated, it keeps
     # the second.
     last_div = p.div.copy()
-    div = last_div + dt * p.ddiv
     with sim.timers.measure("materials"):
-        limit_stress(integrated[STRESS_ROWS], p.material, sim.table, p.plastic)
+        state = p.material_state(integrated)
+        respond(state, sim.table, scheme.sound_speed_floor)
     with sim.timers.measure("halo"):
-        fields = exchanged_fields(p, integrated, div)
-        half = reach(h, scheme.kappa)
+        ahead = {**state._asdict(), "div": last_div + dt * p.ddiv}
+        fields = exchanged_fields(p, ahead)
+        half = reach(state.h, scheme.kappa)
         these = boxes(p.r, p.z, half, half)
         ghosts = exchange_halo(sim.comm, fields, these, rank_boxes, sim.halo)
         if ghosts.size > 0:
@@ -182,6 +181,7 @@ def evaluate_rates(
             sim.lattice,
             sim.table,
             scheme,
+            state.G,
             p.rates,
             p.div,
             p.neighbours,

@@ -7,7 +7,6 @@ from numba import njit
 
 from mpisph.core.jit import EXACT
 from mpisph.physics.heat import diffusivity
-from mpisph.physics.response import pressure_and_sound_speed
 
 TINY_RADIUS = 1e-150
 """Keeps 1/r finite for a particle on the axis [m]."""
@@ -44,7 +43,7 @@ RECORD_FIELDS = len(PairRecord._fields)
 
 
 @njit(**EXACT)
-def write_pair_records(sources, order, table, scheme, records):
+def write_pair_records(sources, order, scheme, records):
     """Write the records of `PairRecord` in the global order.
 
     Parameters
@@ -52,17 +51,14 @@ def write_pair_records(sources, order, table, scheme, records):
     sources : Sources
     order : ndarray of int64, shape (n,)
         Puts them into the global order.
-    table : structured ndarray
-        Material constants.
     scheme : SchemeConstants
     records : ndarray, shape (n, 16)
         Written: a row is two cache lines.
     """
     for i in range(order.size):
         k = order[i]
-        mat = table[sources.material[k]]
         rho, E, h = sources.rho[k], sources.E[k], sources.h[k]
-        P, c = pressure_and_sound_speed(rho, E, mat, scheme)
+        P, c = sources.P[k], sources.c[k]
         S_rr, S_zz, S_rz = sources.S_rr[k], sources.S_zz[k], sources.S_rz[k]
         inv_rho = 1.0 / rho
         inv_rho2 = inv_rho * inv_rho

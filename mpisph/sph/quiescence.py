@@ -19,6 +19,7 @@ import numpy as np
 from numba import njit
 
 from mpisph.core.jit import EXACT
+from mpisph.core.particles import RATE
 from mpisph.sph.neighbours import REACH_SLACK, split_key
 from mpisph.sph.pair_records import record_at
 
@@ -144,12 +145,12 @@ def is_negligible(rates, c, h, rho):
     rest = REST * c / h
     stress = rest * rho * c * c
     return (
-        abs(rates[0]) < rest * c
-        and abs(rates[1]) < rest * c
-        and abs(rates[2]) < rest * rho
-        and abs(rates[3]) < rest * c * c
-        and abs(rates[4]) < stress
-        and abs(rates[5]) < stress
-        and abs(rates[6]) < stress
-        and abs(rates[7]) < rest * h
+        abs(rates[RATE.du_r]) < rest * c
+        and abs(rates[RATE.du_z]) < rest * c
+        and abs(rates[RATE.drho]) < rest * rho
+        and abs(rates[RATE.dE]) < rest * c * c
+        and abs(rates[RATE.dS_rr]) < stress
+        and abs(rates[RATE.dS_zz]) < stress
+        and abs(rates[RATE.dS_rz]) < stress
+        and abs(rates[RATE.dh]) < rest * h
     )

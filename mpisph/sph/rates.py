@@ -11,13 +11,12 @@ import numpy as np
 from numba import njit
 
 from mpisph.core.jit import EXACT
-from mpisph.core.particles import FloatArray
-from mpisph.physics.eos import bulk_sound_speed
+from mpisph.core.particles import RATE, FloatArray
 from mpisph.physics.kernel import lies_near_axis
 from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import smoothing_rate
-from mpisph.physics.strength import jaumann_rate
+from mpisph.physics.stress import jaumann_rate
 from mpisph.sph.neighbours import (
     CellOrder,
     Lattice,
@@ -37,21 +36,23 @@ from mpisph.sph.sources import Sources
 
 
 @njit(**EXACT)
-def _write_rates(sums, a, sources, k, mu, mode, rates):
+def _write_rates(sums, a, sources, k, G, mode, rates):
     """Write the rates of particle `k`, return its velocity divergence."""
     div = sums.L_rr + sums.L_tt + sums.L_zz
     dS_rr, dS_zz, dS_rz = jaumann_rate(
         sums.L_rr, sums.L_tt, sums.L_rz, sums.L_zr, sums.L_zz,
-        sources.S_rr[k], sources.S_zz[k], sources.S_rz[k], mu,
+        sources.S_rr[k], sources.S_zz[k], sources.S_rz[k], G,
     )  # fmt: skip
-    rates[0, k] = sums.du_r
-    rates[1, k] = sums.du_z
-    rates[2, k] = -sources.rho[k] * div
-    rates[3, k] = heating(sums, a)
-    rates[4, k] = dS_rr
-    rates[5, k] = dS_zz
-    rates[6, k] = dS_rz
-    rates[7, k] = smoothing_rate(mode, sources.h[k], div, sources.u_r[k], sources.r[k])
+    rates[RATE.du_r, k] = sums.du_r
+    rates[RATE.du_z, k] = sums.du_z
+    rates[RATE.drho, k] = -sources.rho[k] * div
+    rates[RATE.dE, k] = heating(sums, a)
+    rates[RATE.dS_rr, k] = dS_rr
+    rates[RATE.dS_zz, k] = dS_zz
+    rates[RATE.dS_rz, k] = dS_rz
+    rates[RATE.dh, k] = smoothing_rate(
+        mode, sources.h[k], div, sources.u_r[k], sources.r[k]
+    )
     return div
 
 
@@ -65,7 +66,7 @@ def _rest(rates, k):
 
 @njit(**EXACT)
 def _update_rates(
-    sources, records, cells, lattice, table, scheme, skip, rates, div, count
+    sources, records, cells, lattice, table, scheme, skip, G, rates, div, count
 ):
     calm, next_change = calm_particles(records)
     runs = np.empty((cells.columns.shape[0], 2), np.int64)
@@ -109,10 +110,10 @@ def _update_rates(
             near_axis = close > 0.0
         if near_axis:
             sums, _ = pair_sums(a, buffer, padded, scheme, True)
-        mat = table[sources.material[k]]
-        div[k] = _write_rates(sums, a, sources, k, mat.mu, scheme.smoothing, rates)
+        div[k] = _write_rates(sums, a, sources, k, G[k], scheme.smoothing, rates)
+        bulk_sound_speed = table[sources.material[k]].bulk_sound_speed
         if calm[i] and is_negligible(
-            rates[:, k], bulk_sound_speed(mat), sources.h[k], sources.rho[k]
+            rates[:, k], bulk_sound_speed, sources.h[k], sources.rho[k]
         ):
             div[k] = _rest(rates, k)
         count[k] = n
@@ -126,6 +127,7 @@ def update_rates(
     lattice: Lattice,
     table: MaterialTable,
     scheme: SchemeConstants,
+    G: FloatArray,
     rates: FloatArray,
     div: FloatArray,
     count: FloatArray,
@@ -143,6 +145,8 @@ def update_rates(
     table : structured ndarray
         Material constants.
     scheme : SchemeConstants
+    G : ndarray, shape (n,)
+        Shear modulus of the owned particles [Pa].
     rates : ndarray, shape (8, n)
         Written: rates of u_r, u_z, rho, E, S_rr, S_zz, S_rz, h.
     div, count : ndarray, shape (n,)
@@ -159,10 +163,10 @@ def update_rates(
     # Allocated here: NumPy asks for large pages, Numba does not, and records of 350 000
     # particles then take four times as long to write.
     records = np.empty((cells.order.size, RECORD_FIELDS))
-    write_pair_records(sources, cells.order, table, scheme, records)
+    write_pair_records(sources, cells.order, scheme, records)
     return int(
         _update_rates(
             sources, records, cells, lattice, table, scheme, skip_quiescent,
-            rates, div, count,
+            G, rates, div, count,
         )
     )  # fmt: skip

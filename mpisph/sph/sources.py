@@ -6,16 +6,16 @@ ranks, so the neighbours of a particle stand in the same order on any number of 
 and sums over them have the same bits.
 """
 
-from typing import NamedTuple
+import collections
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from mpisph.core.particles import (
     FIELDS,
-    INTEGRATED,
     LABELS,
     FloatArray,
-    IntArray,
     Particles,
 )
 from mpisph.sph.neighbours import CellOrder, Lattice, sort_into_cells
@@ -26,47 +26,26 @@ EXCHANGED = tuple(f.name for f in FIELDS if f.exchanged)
 _LABELS = [name for name in EXCHANGED if name in LABELS]
 
 
-class Sources(NamedTuple):
-    """Owned particles and then ghosts; each array has shape (n + ghosts,), SI units.
+_namedtuple: Any = collections.namedtuple  # of fields that follow the table
 
-    The fields are those that `FIELDS` marks as exchanged, in its order.
-    """
-
-    id: IntArray
-    material: IntArray
-    m: FloatArray
-    r: FloatArray
-    z: FloatArray
-    u_r: FloatArray
-    u_z: FloatArray
-    rho: FloatArray
-    E: FloatArray
-    S_rr: FloatArray
-    S_zz: FloatArray
-    S_rz: FloatArray
-    h: FloatArray
-    div: FloatArray
+Sources: Any = _namedtuple("Sources", EXCHANGED)
+"""Owned particles and then ghosts; each array has shape (n + ghosts,), SI units."""
 
 
-def exchanged_fields(
-    p: Particles, integrated: FloatArray, div: FloatArray
-) -> FloatArray:
+def exchanged_fields(p: Particles, ahead: Mapping[str, FloatArray]) -> FloatArray:
     """Pack the fields that ghosts need, as they are at the time of evaluation.
 
     Parameters
     ----------
     p : Particles
         The owned particles; positions and what never changes are theirs.
-    integrated : ndarray, shape (8, n)
-        The integrated fields at that time.
-    div : ndarray, shape (n,)
-        The velocity divergence expected at that time [1/s].
+    ahead : mapping of str to ndarray
+        The fields that are others at that time than now, each of shape (n,).
 
     Returns
     -------
     ndarray of float64, shape (len(EXCHANGED), n)
     """
-    ahead = {**dict(zip(INTEGRATED, integrated, strict=True)), "div": div}
     packed = np.empty((len(EXCHANGED), p.n))
     for row, name in enumerate(EXCHANGED):
         values = ahead.get(name, getattr(p, name))

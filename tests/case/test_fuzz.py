@@ -314,7 +314,7 @@ def documents(draw):
             viscosity=table("Viscosity"),
             heat=table("Heat"),
             p_min=table(
-                "PressureLimit", value=st.sampled_from([0.0, "-inf", "-1 GPa"])
+                "MinimumPressure", value=st.sampled_from([0.0, "-inf", "-1 GPa"])
             ),
         ),
         "output": table("Output"),

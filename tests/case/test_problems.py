@@ -144,11 +144,18 @@ def test_unknown_material_gets_a_suggestion(data):
 
 
 def test_incomplete_material_is_one_problem(data):
-    data["materials"] = {"cu-ofch": {"yield_strength": "1 GPa"}}
+    data["materials"] = {"cu-ofch": {"elastic-plastic": {"yield_strength": "1 GPa"}}}
     problem = only_problem(data)
     assert problem.key == "materials.cu-ofch"
     assert problem.suggestion == '"cu-ofhc"'
-    assert "rho0" in problem.expected
+    assert "rho0, elastic-plastic.shear_modulus missing" in problem.expected
+
+
+def test_a_constant_beside_its_table_is_told_its_place(data):
+    data["materials"] = {"cu-ofhc": {"yield_strength": "1 GPa"}}
+    problem = only_problem(data)
+    assert problem.key == "materials.cu-ofhc.yield_strength"
+    assert problem.suggestion == "elastic-plastic.yield_strength"
 
 
 @pytest.mark.parametrize(
@@ -158,10 +165,26 @@ def test_incomplete_material_is_one_problem(data):
         ({}, {"eos": "tillotson"}, "bodies.1.eos"),
     ],
 )
-def test_tillotson_needs_its_constants(data, scheme, body, key):
+def test_a_model_needs_its_constants(data, scheme, body, key):
     data["scheme"] = scheme
     data["bodies"][1].update(body)
     assert only_problem(data).key == key
+
+
+def test_a_materials_own_choice_needs_its_constants(data):
+    data["materials"] = {"cu-ofhc": {"eos": "tillotson"}}
+    problem = only_problem(data)
+    assert problem.key == "materials.cu-ofhc.eos"
+    assert "has no Tillotson constants" in problem.expected
+
+
+def test_a_material_without_any_equation_of_state_is_refused(data):
+    data["bodies"][1]["material"] = "mine"
+    data["materials"] = {"mine": {"rho0": 2e3}}
+    with pytest.raises(CaseError) as caught:
+        case_from_dict(data)
+    keys = {problem.key for problem in caught.value.problems}
+    assert keys == {"scheme.eos", "scheme.strength"}
 
 
 def test_tillotson_energies_are_in_order(data):

@@ -88,9 +88,7 @@ def test_the_folder_is_named_by_the_digest_and_used(tmp_path, monkeypatch):
 
 def test_compiled_code_lands_in_the_folder(tmp_path):
     """A process of its own: Numba reads the folder when a function is decorated."""
-    code = (
-        "from mpisph.physics.strength import equivalent_stress as f; f(1.0, 2.0, 3.0)"
-    )
+    code = "from mpisph.physics.stress import equivalent_stress as f; f(1.0, 2.0, 3.0)"
     subprocess.run(
         [sys.executable, "-c", code],
         check=True,
@@ -98,7 +96,7 @@ def test_compiled_code_lands_in_the_folder(tmp_path):
         env=os.environ | {"MPISPH_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"},
     )
     assert [path.name for path in tmp_path.iterdir()] == [jit.source_digest()]
-    assert list(tmp_path.rglob("strength.equivalent_stress*.nbi"))
+    assert list(tmp_path.rglob("stress.equivalent_stress*.nbi"))
 
 
 @pytest.mark.parametrize("options", [jit.INLINE, jit.EXACT])

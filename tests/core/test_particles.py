@@ -1,12 +1,17 @@
 """The particles' storage and the table of their fields."""
 
-import typing
-
 import numpy as np
 import pytest
 from oracles import bits
 
-from mpisph.core.particles import FIELDS, INTEGRATED, LABELS, VALUES, Particles
+from mpisph.core.particles import (
+    FIELDS,
+    INTEGRATED,
+    LABELS,
+    RATE,
+    VALUES,
+    Particles,
+)
 
 RATES = ("du_r", "du_z", "drho", "dE", "dS_rr", "dS_zz", "dS_rz", "dh")
 
@@ -19,11 +24,20 @@ def filled(n=6):
     return p
 
 
-def test_every_field_is_one_line_and_one_annotation():
-    annotated = [name for name in typing.get_type_hints(Particles) if name != "return"]
-    assert annotated == [f.name for f in FIELDS]
-    assert len(set(annotated)) == len(annotated)
-    assert LABELS + VALUES == tuple(annotated)
+def test_every_field_is_one_line_of_the_table():
+    names = tuple(f.name for f in FIELDS)
+    assert len(set(names)) == len(names)
+    assert LABELS + VALUES == names
+    p = Particles.zeros(2)
+    assert [getattr(p, name).shape for name in names] == [(2,)] * len(names)
+
+
+def test_rates_have_rows_by_name_beside_what_they_change():
+    assert RATE._fields == tuple(f"d{name}" for name in INTEGRATED)
+    p = Particles.zeros(2)
+    for name in RATE._fields:
+        p.rates[getattr(RATE, name)] = 3.0
+        assert getattr(p, name).tolist() == [3.0, 3.0]
 
 
 def test_every_field_is_its_own_row_of_the_arrays():

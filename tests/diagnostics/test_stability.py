@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from oracles import ALUMINIUM, COPPER, cloud
+from oracles import ALUMINIUM, COPPER, cloud, table_of
 
 from mpisph.core.particles import VALUES, Particles
 from mpisph.diagnostics.stability import (
@@ -15,10 +15,9 @@ from mpisph.diagnostics.stability import (
     Bounds,
     first_fault,
 )
-from mpisph.physics.response import material_table
 
 BOUNDS = Bounds(density_min=0.01, density_max=5.0, energy=1e8, h_min=1e-6, h_max=1e3)
-TABLE = material_table([ALUMINIUM, COPPER])
+TABLE = table_of(ALUMINIUM, COPPER)
 
 
 def sound(n=40):

@@ -53,8 +53,9 @@ def test_an_empty_value_removes_a_key(path):
 
 
 def test_materials_from_cards_can_be_changed(tmp_path, path):
-    case = load_case(path, ["materials.cu-ofhc.yield_strength=0.3 GPa"])
-    assert case.materials["cu-ofhc"].yield_strength == 0.3e9
+    case = load_case(path, ["materials.cu-ofhc.elastic-plastic.yield_strength=0.3 GPa"])
+    strength = case.materials["cu-ofhc"].constants("elastic-plastic")
+    assert strength.yield_strength == 0.3e9
 
 
 def test_bad_values_name_the_override(path):

@@ -1,74 +1,23 @@
-import re
+"""Materials: cards, their sources, and which models a material is used with."""
 
-import pint
+from types import SimpleNamespace
+
 import pytest
 from pydantic import ValidationError
 
-from mpisph.core.errors import CaseError, UnstableError
-from mpisph.inputs.quantities import COMMON_UNITS, conversion_factor, si_value
-from mpisph.materials import Material, Tillotson, card_names, load_card
+from mpisph.core.errors import CaseError
+from mpisph.materials import Material, card_names, load_card
+from mpisph.materials.choice import chosen_models
+from mpisph.materials.model import TABLES
+from mpisph.physics.eos.tillotson import Tillotson
+from mpisph.physics.failure.minimum_pressure import MinimumPressure
 
-
-@pytest.mark.parametrize(
-    ("text", "unit", "expected"),
-    [
-        ("6.72 km/s", "m/s", 6720.0),
-        ("0.968 mm", "m", 0.000968),
-        ("9.53mm", "m", 0.00953),
-        ("1 ns", "s", 1e-9),
-        ("1.05 \u00b5s", "s", 1.05e-6),
-        ("1.05 \u03bcs", "s", 1.05e-6),
-        ("-1.2 GPa", "Pa", -1.2e9),
-        ("2710 kg/m3", "kg/m^3", 2710.0),
-        ("2.71 g/cm**3", "kg/m^3", 2710.0),
-        ("2.71e0 g cm^-3", "kg/m^3", 2710.0),
-        ("0.05 Mbar cm3/g", "J/kg", 5e6),
-        ("14.1 MJ/kg", "J/kg", 1.41e7),
-        ("5 %", "", 0.05),
-        ("5", "", 5.0),
-        (3, "m", 3.0),
-        (0.25, "", 0.25),
-    ],
+DEFAULTS = SimpleNamespace(
+    eos="mie-grueneisen",
+    strength="elastic-plastic",
+    failure="minimum-pressure",
+    p_min=MinimumPressure(value=-5e8),
 )
-def test_quantities_become_the_nearest_double_in_si(text, unit, expected):
-    assert si_value(text, unit) == expected
-
-
-@pytest.mark.parametrize(
-    ("value", "unit", "message"),
-    [
-        ("6 kg", "m", "'kg' is of another dimension: expected a length in m"),
-        ("6", "m", "the unit is missing: expected a length in m"),
-        ("6 furlongz", "m", "unknown unit"),
-        ("", "m", "no number"),
-        ("fast", "m/s", "expected a velocity in m/s"),
-        ("1 m", "", "expected a number without a unit"),
-        ("9 m**9**9**9", "m", "cannot read the unit"),
-        ("2 * 3 m", "m", "cannot read the unit"),
-        ("1e999 m", "m", "must be finite"),
-        ("1e999999999 km", "m", "cannot read the number"),
-        ("1e99999999999999999999 m", "m", "cannot read the number"),
-        ("1__0 m", "m", "cannot read the unit"),
-        ("\u0661 m", "m", "no number"),
-        ("1 m\u0663", "m", "cannot read the unit"),
-        ("1 " + "m*" * 400 + "m", "m", "a string of 803 characters"),
-        (float("nan"), "m", "must be finite"),
-        (float("-inf"), "m", "must be finite"),
-        (10**400, "m", "must be finite"),
-        (True, "m", "expected a length in m"),
-        (None, "m", "expected a length in m"),
-        ([1], "m", "expected a length in m"),
-    ],
-)
-def test_bad_quantities_name_the_expected_unit(value, unit, message):
-    with pytest.raises(ValueError, match=re.escape(message)):
-        si_value(value, unit)
-
-
-def test_minus_infinity_only_where_it_is_meant():
-    assert si_value("-inf", "Pa", minus_infinity=True) == float("-inf")
-    with pytest.raises(ValueError, match="finite"):
-        si_value("inf", "Pa", minus_infinity=True)
 
 
 def test_shipped_cards():
@@ -79,8 +28,9 @@ def test_shipped_cards():
 def test_every_number_of_a_card_has_a_source(name):
     card = load_card(name)
     assert card.name == name
-    parts = [card] if card.tillotson is None else [card, card.tillotson]
-    for part in parts:
+    tables = [card.constants(model) for model in TABLES]
+    assert sum(table is not None for table in tables) >= 3
+    for part in (card, *filter(None, tables)):
         numbers = {key for key, value in part if isinstance(value, float)}
         assert numbers == set(part.sources)
         assert all(part.sources.values())
@@ -91,17 +41,31 @@ def test_constants_of_a_card_are_consistent(name):
     card = load_card(name)
     # Only the source paper's bulk modulus is independent; it is 7 % less.
     tolerance = 0.08 if name == "al-lee2003" else 1e-3
-    assert card.bulk_modulus == pytest.approx(card.rho0 * card.c0**2, rel=tolerance)
+    linear, strength = card.constants("linear"), card.constants("elastic-plastic")
+    c0 = card.constants("mie-grueneisen").c0
+    assert linear.bulk_modulus == pytest.approx(card.rho0 * c0**2, rel=tolerance)
     assert 1000.0 < card.rho0 < 20000.0
-    assert 0.0 < card.yield_strength < card.shear_modulus < card.bulk_modulus
+    assert 0.0 < strength.yield_strength < strength.shear_modulus < linear.bulk_modulus
+
+
+def numbers(card, model):
+    return card.constants(model).model_dump(exclude={"sources"})
 
 
 def test_aluminium_of_the_source_paper():
     card = load_card("al-lee2003")
-    assert (card.rho0, card.c0, card.hugoniot_slope) == (2710.0, 5350.0, 1.49)
-    assert (card.gamma0, card.shear_modulus) == (1.7, 25e9)
-    assert (card.yield_strength, card.bulk_modulus) == (55e6, 72e9)
-    assert card.tillotson.model_dump(exclude={"sources"}) == {
+    assert card.rho0 == 2710.0
+    assert numbers(card, "mie-grueneisen") == {
+        "c0": 5350.0,
+        "slope": 1.49,
+        "gamma0": 1.7,
+    }
+    assert numbers(card, "linear") == {"bulk_modulus": 72e9}
+    assert numbers(card, "elastic-plastic") == {
+        "shear_modulus": 25e9,
+        "yield_strength": 55e6,
+    }
+    assert numbers(card, "tillotson") == {
         "a": 0.5,
         "b": 1.63,
         "A": 78.5e9,
@@ -120,44 +84,59 @@ def test_unknown_card_suggests_the_nearest():
 
 
 def test_bare_and_sourced_numbers_may_be_mixed():
-    numbers = load_card("cu-ofhc").model_dump(exclude={"sources", "tillotson"})
-    numbers["c0"] = {"value": "3.9 km/s", "source": "here"}
-    material = Material.model_validate(numbers)
-    assert material.c0 == 3900.0
-    assert material.sources == {"c0": "here"}
+    raw = load_card("cu-ofhc").model_dump(by_alias=True, exclude_none=True)
+    raw["rho0"] = {"value": "8.9 g/cm3", "source": "here"}
+    raw["mie-grueneisen"] = {
+        "c0": {"value": "3.9 km/s", "source": "there"},
+        "slope": 1.5,
+        "gamma0": 2,
+    }
+    material = Material.model_validate(raw)
+    assert material.rho0 == 8900.0
+    assert material.sources == {"rho0": "here"}
+    assert material.constants("mie-grueneisen").c0 == 3900.0
+    assert material.constants("mie-grueneisen").sources == {"c0": "there"}
 
 
 def test_tillotson_energies_are_ordered():
-    constants = load_card("al-lee2003").tillotson.model_dump()
+    constants = load_card("al-lee2003").constants("tillotson").model_dump()
     with pytest.raises(ValidationError, match="Es_prime must exceed Es"):
         Tillotson.model_validate({**constants, "Es": 2e7})
 
 
-def test_unstable_error_reads_as_a_sentence():
-    error = UnstableError("energy_drift", 12, 1.5e-6, 7, "0.06 exceeds 0.05")
-    assert str(error) == (
-        "unstable (energy_drift) at step 12, t = 1.5e-06 s, particle 7: "
-        "0.06 exceeds 0.05"
+def test_a_yield_strength_above_the_shear_modulus_is_refused():
+    with pytest.raises(ValidationError, match="must not exceed shear_modulus"):
+        TABLES["elastic-plastic"](shear_modulus=1e9, yield_strength=2e9)
+    fluid = TABLES["elastic-plastic"](shear_modulus=0.0, yield_strength=2e9)
+    assert fluid.yield_strength == 2e9
+
+
+def test_the_scheme_chooses_for_materials_that_choose_nothing():
+    chosen = chosen_models(load_card("cu-ofhc"), DEFAULTS)
+    assert chosen.names == {
+        "eos": "mie-grueneisen",
+        "strength": "elastic-plastic",
+        "failure": "minimum-pressure",
+    }
+    assert chosen.constants["minimum-pressure"].value == -5e8
+    assert chosen.bulk_sound_speed == 3940.0
+
+
+def test_a_material_may_choose_its_own_models_and_a_body_its_equation_of_state():
+    raw = load_card("cu-ofhc").model_dump(by_alias=True, exclude_none=True)
+    own = Material.model_validate(
+        {
+            **raw,
+            "eos": "linear",
+            "strength": "none",
+            "minimum-pressure": {"value": "-1.2 GPa", "mode": "zero"},
+        }
     )
-
-
-def test_common_units_are_those_of_pint():
-    """The short table must give nothing that the whole one does not."""
-    rows = [line.split(" = ") for line in COMMON_UNITS.split("\n") if line]
-    prefixes = [p.strip("-") for row in rows if row[0][-1] == "-" for p in row[2:]]
-    symbols = [row[-1] for row in rows if row[0][-1] != "-"]
-    assert {"m", "\u00b5", "G"} <= set(prefixes)
-    assert {"m", "s", "g", "Pa"} <= set(symbols)
-    for symbol in symbols:
-        si = "kg" if symbol == "g" else symbol
-        for unit in (f"{p}{symbol}" for p in ("", *prefixes)):
-            factor = conversion_factor(unit, si, common=True)
-            assert factor == conversion_factor(unit, si, common=False), unit
-
-
-@pytest.mark.parametrize(("unit", "si"), [("inch", "m"), ("psi", "Pa"), ("min", "s")])
-def test_rarer_units_are_pints_own(unit, si):
-    with pytest.raises(pint.UndefinedUnitError):
-        conversion_factor(unit, si, common=True)
-    expected = conversion_factor(unit, si, common=False)
-    assert si_value(f"1 {unit}", si) == float(expected)
+    chosen = chosen_models(own, DEFAULTS)
+    assert chosen.names["eos"] == "linear"
+    assert chosen.names["strength"] == "none"
+    assert chosen.constants["minimum-pressure"].value == -1.2e9
+    assert chosen.constants["minimum-pressure"].mode == "zero"
+    assert chosen_models(own, DEFAULTS, "mie-grueneisen").names["eos"] == (
+        "mie-grueneisen"
+    )

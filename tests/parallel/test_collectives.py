@@ -203,7 +203,7 @@ def test_jitted_part_equals_its_python_form():
     """The cut towards zero must be the same compiled and interpreted."""
     code = (
         "import numpy as np\n"
-        "from mpisph.parallel.collectives import fixed_point_chunks\n"
+        "from mpisph.parallel.reproducible_sum import fixed_point_chunks\n"
         "rng = np.random.default_rng(6)\n"
         "rows = rng.standard_normal((2, 300)) * 10.0 ** rng.uniform(-30, 3, (2, 300))\n"
         "print(fixed_point_chunks(rows, np.abs(rows).max(axis=1)).tolist())\n"

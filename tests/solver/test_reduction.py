@@ -5,18 +5,17 @@ import math
 import numpy as np
 import pytest
 from mpi4py import MPI
-from oracles import ALUMINIUM, COPPER, SCHEME, agree, bits, cloud
+from oracles import ALUMINIUM, COPPER, SCHEME, agree, bits, cloud, table_of
 
 from mpisph.core.particles import Particles
 from mpisph.diagnostics.cloud import CloudDefinition
 from mpisph.diagnostics.stability import DENSITY, ENERGY, NON_FINITE, STABLE, Bounds
 from mpisph.parallel.halo import bounding_box
 from mpisph.parallel.load_balance import PARTICLE_WORK
-from mpisph.physics.response import material_table
 from mpisph.solver.reduction import global_reduction
 from mpisph.sph.timestep import StepRule
 
-TABLE = material_table([ALUMINIUM, COPPER])
+TABLE = table_of(ALUMINIUM, COPPER)
 BOUNDS = Bounds(density_min=0.01, density_max=5.0, energy=1e8, h_min=1e-6, h_max=1e3)
 CLOUD = CloudDefinition(rear=1e-3, min_velocity=500.0, quantile=0.99)
 AUTOMATIC = StepRule(fixed=False, longest=math.inf, courant=0.3)

@@ -1,9 +1,8 @@
 """Records: what the pair loop reads of a particle."""
 
 import numpy as np
-from oracles import ALUMINIUM, SCHEME, cloud, pressure_and_sound_speed
+from oracles import ALUMINIUM, SCHEME, cloud, pressure_and_sound_speed, sent_fields
 
-from mpisph.physics.response import material_table
 from mpisph.sph.neighbours import make_lattice, sort_into_cells
 from mpisph.sph.pair_records import (
     RECORD_FIELDS,
@@ -11,17 +10,16 @@ from mpisph.sph.pair_records import (
     record_at,
     write_pair_records,
 )
-from mpisph.sph.sources import Sources, exchanged_fields, name_fields
+from mpisph.sph.sources import Sources, name_fields
 
 
-def test_ring_records_follow_the_fields_of_ring():
+def test_records_follow_the_fields_of_the_record():
     p = cloud(5, 33)
     p.r[0] = 1e-9
     cells = sort_into_cells(p.id, p.r, p.z, p.h, make_lattice(2e-3, 3.0))
-    s = name_fields(exchanged_fields(p, p.integrated, p.div))
+    s = name_fields(sent_fields(p)[0])
     records = np.empty((5, RECORD_FIELDS))
-    table = material_table([ALUMINIUM])
-    write_pair_records(s, cells.order, table, SCHEME, records)
+    write_pair_records(s, cells.order, SCHEME, records)
     ring = PairRecord(*records.T)
     s = Sources(*(field[cells.order] for field in s))
     P, c = np.array(

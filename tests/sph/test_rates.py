@@ -17,7 +17,6 @@ from oracles import (
 )
 from scipy.special import ive
 
-from mpisph.physics.eos import CLAMP, LINEAR, TILLOTSON, ZERO
 from mpisph.physics.kernel import XI_FAR
 from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC, FIXED
 
@@ -40,25 +39,32 @@ CASES = {
     "classic h": ({"n": 30, "seed": 9}, SCHEME._replace(smoothing=CLASSIC), 400),
     "clamped": (
         {"n": 30, "seed": 10},
-        SCHEME._replace(P_min=-1e8, P_min_mode=CLAMP),
+        SCHEME,
         400,
     ),
     "tension off": (
         {"n": 30, "seed": 11},
-        SCHEME._replace(P_min=0.0, P_min_mode=ZERO),
+        SCHEME,
         400,
     ),
     "cut at 2 h": ({"n": 40, "seed": 12}, SCHEME._replace(kappa=2.0), 400),
     "two materials": ({"n": 40, "seed": 13, "n_materials": 2}, SCHEME, 400),
 }
-MATERIALS = (ALUMINIUM._replace(eos=TILLOTSON), COPPER._replace(eos=LINEAR))
+MATERIALS = {
+    "clamped": (ALUMINIUM._replace(P_min=-1e8, P_min_mode="clamp"),),
+    "tension off": (ALUMINIUM._replace(P_min=0.0, P_min_mode="zero"),),
+    "two materials": (
+        ALUMINIUM._replace(eos="tillotson"),
+        COPPER._replace(eos="linear", P_min=-2e9, P_min_mode="clamp"),
+    ),
+}
 
 
 @functools.cache
 def both(name):
     """Return the particles with mpisph's rates, and the brute force's."""
     arguments, scheme, points = CASES[name]
-    materials = MATERIALS if "n_materials" in arguments else (ALUMINIUM,)
+    materials = MATERIALS.get(name, (ALUMINIUM,))
     p = cloud(**arguments)
     brute = BruteForce(p, scheme, materials, points)
     return evaluate(p, scheme, materials), brute

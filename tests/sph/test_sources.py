@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mpi4py import MPI
-from oracles import agree, bits, cloud, evaluate
+from oracles import agree, bits, cloud, evaluate, sent_fields
 
 from mpisph.core.particles import FIELDS, INTEGRATED
 from mpisph.parallel.decomposition import Cut, owners
@@ -16,7 +16,8 @@ def test_exchanged_fields_are_those_of_the_table():
     p.id[0] = -1  # as a float its bits are a NaN
     integrated = np.random.default_rng(2).standard_normal(p.integrated.shape)
     div = np.random.default_rng(3).standard_normal(9)
-    packed = exchanged_fields(p, integrated, div)
+    ahead = {**dict(zip(INTEGRATED, integrated, strict=True)), "div": div}
+    packed = exchanged_fields(p, ahead)
     names = [f.name for f in FIELDS if f.exchanged]
     assert names == list(EXCHANGED)
     assert packed.shape == (len(names), 9)
@@ -37,7 +38,7 @@ def test_sources_name_what_is_exchanged():
 def test_name_fields():
     p = cloud(40, 3, n_materials=2)
     p.id[:] += 2**53 + 1  # beyond what a float could count
-    s = name_fields(exchanged_fields(p, p.integrated, p.div))
+    s = name_fields(exchanged_fields(p, {}))
     for name in EXCHANGED:
         want = getattr(p, name)
         np.testing.assert_array_equal(getattr(s, name), want)
@@ -55,10 +56,10 @@ def with_parts(owner, comm, rank):
     mine = whole.take(owner == rank)
     if comm is None:
         rest = whole.take(owner != rank)
-        ghosts = exchanged_fields(rest, rest.integrated, rest.div)
+        ghosts, _ = sent_fields(rest)
     else:
         rank_boxes = np.array(comm.allgather(bounding_box(mine, 3.0, 0.0)))
-        fields = exchanged_fields(mine, mine.integrated, mine.div)
+        fields, _ = sent_fields(mine)
         half = reach(mine.h, 3.0)
         these = boxes(mine.r, mine.z, half, half)
         ghosts = exchange_halo(comm, fields, these, rank_boxes, Halo())

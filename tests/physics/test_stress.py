@@ -8,7 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from oracles import approx, deviator, jaumann
 
-from mpisph.physics.strength import equivalent_stress, jaumann_rate, yield_factor
+from mpisph.physics.stress import (
+    equivalent_stress,
+    jaumann_rate,
+    plastic_increment,
+    yield_factor,
+)
 
 MU = 25e9
 GRADIENTS = st.tuples(*[st.floats(-1e6, 1e6)] * 5)
@@ -82,8 +87,8 @@ def test_equivalent_stress_r7_of_known_states():
 
 @given(S=STRESSES, Y=st.floats(1e6, 1e9))
 def test_yield_factor_r7_brings_the_stress_to_the_surface(S, Y):
-    factor = yield_factor(*S, Y)
     before = equivalent_stress(*S)
+    factor = yield_factor(before, Y)
     after = equivalent_stress(*(factor * component for component in S))
     if before <= Y:
         assert factor == 1.0
@@ -93,5 +98,23 @@ def test_yield_factor_r7_brings_the_stress_to_the_surface(S, Y):
 
 
 def test_yield_factor_r7_without_strength():
-    assert yield_factor(1e5, 0.0, 0.0, 0.0) == 0.0
-    assert yield_factor(0.0, 0.0, 0.0, 0.0) == 1.0
+    assert yield_factor(1e5, 0.0) == 0.0
+    assert yield_factor(0.0, 0.0) == 1.0
+
+
+@given(gamma=st.floats(0.01, 0.5), Y=st.floats(1e6, 1e9))
+def test_plastic_increment_r7_of_simple_shear(gamma, Y):
+    """Sheared at once by gamma, matter yields by all but its elastic part.
+
+    The work of the stress that remains over the plastic strain is Y d eps_p.
+    """
+    S_rz = MU * gamma  # engineering shear
+    stress = equivalent_stress(0.0, 0.0, S_rz)
+    factor = yield_factor(stress, Y)
+    plastic_shear = gamma - factor * S_rz / MU
+    want = plastic_shear / math.sqrt(3.0)
+    assert plastic_increment(stress, factor, MU) == approx(want, rel=1e-9, abs=1e-15)
+
+
+def test_plastic_increment_r7_of_a_fluid_is_zero():
+    assert plastic_increment(1e5, 0.0, 0.0) == 0.0

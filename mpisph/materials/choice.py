@@ -1,0 +1,54 @@
+"""Which models a material is used with: its own choice, else the scheme's."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from mpisph.materials.model import TABLES, EquationOfState, Failure, Material, Strength
+from mpisph.physics.failure.minimum_pressure import MinimumPressure
+from mpisph.physics.response import MaterialModels
+
+
+class Defaults(Protocol):
+    """What a scheme chooses for all materials that choose nothing themselves."""
+
+    @property
+    def eos(self) -> EquationOfState:
+        """Equation of state."""
+
+    @property
+    def strength(self) -> Strength:
+        """Strength model."""
+
+    @property
+    def failure(self) -> Failure:
+        """Failure model."""
+
+    @property
+    def p_min(self) -> MinimumPressure:
+        """Minimum tensile pressure."""
+
+
+def chosen_models(
+    material: Material, defaults: Defaults, eos: EquationOfState | None = None
+) -> MaterialModels:
+    """Return the models of a material, with the constants that it has for them.
+
+    Parameters
+    ----------
+    material : Material
+    defaults : Defaults
+        The scheme of the case.
+    eos : str, optional
+        The choice of a body, which goes before that of the material.
+    """
+    names = {
+        "eos": eos or material.eos or defaults.eos,
+        "strength": material.strength or defaults.strength,
+        "failure": material.failure or defaults.failure,
+    }
+    constants = {
+        "minimum-pressure": defaults.p_min,
+        **{name: own for name in TABLES if (own := material.constants(name))},
+    }
+    return MaterialModels(material.name, material.rho0, names, constants)

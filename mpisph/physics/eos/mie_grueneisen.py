@@ -1,0 +1,58 @@
+"""The Mie-Grueneisen equation of state on a cubic Hugoniot (R8)."""
+
+from typing import Annotated
+
+from numba import njit
+from pydantic import Field
+
+from mpisph.core.jit import EXACT
+from mpisph.inputs.quantities import Quantity, SoundSpeed
+from mpisph.inputs.sourced import Sourced
+from mpisph.physics.models import Model
+
+
+class MieGrueneisen(Sourced):
+    """Constants of the Mie-Grueneisen equation of state (R8)."""
+
+    c0: SoundSpeed
+    """Bulk sound speed, the intercept of the shock velocity line."""
+    slope: Annotated[float, Field(gt=0, le=20), Quantity("")]
+    """Slope of shock velocity against particle velocity."""
+    gamma0: Annotated[float, Field(ge=0, le=20), Quantity("")]
+    """Grueneisen parameter at the reference density."""
+
+    def bulk_sound_speed(self, rho0: float) -> float:
+        """Return the sound speed at rest [m/s]."""
+        return self.c0
+
+
+@njit(**EXACT)
+def hugoniot_pressure(m, rho0, constants):
+    """Return P_H and dP_H/dm of the cubic fit; linear in tension (R8)."""
+    a = rho0 * constants.c0 * constants.c0
+    if m < 0.0:
+        return a * m, a
+    s = constants.slope - 1.0
+    b = a * (1.0 + 2.0 * s)
+    c = a * (2.0 * s + 3.0 * s * s)
+    return m * (a + m * (b + m * c)), a + m * (2.0 * b + m * 3.0 * c)
+
+
+@njit(**EXACT)
+def mie_grueneisen(rho, E, rho0, constants):
+    """Return P, dP/drho, dP/dE of the Mie-Grueneisen equation (R8)."""
+    m = rho / rho0 - 1.0
+    gamma = constants.gamma0
+    P_H, dP_H = hugoniot_pressure(m, rho0, constants)
+    share = 1.0 - 0.5 * gamma * m
+    P = share * P_H + gamma * rho * E
+    dP_drho = (share * dP_H - 0.5 * gamma * P_H) / rho0 + gamma * E
+    return P, dP_drho, gamma * rho
+
+
+@njit(**EXACT)
+def _pressure(x, k, mat):
+    return mie_grueneisen(x.rho[k], x.E[k], mat.rho0, mat.mie_grueneisen)
+
+
+MODEL = Model("mie-grueneisen", "Mie-Grüneisen", MieGrueneisen, {"pressure": _pressure})

@@ -1,0 +1,172 @@
+"""What every material model is made of: constants, equations, and a place in a table.
+
+A model is one file of ``eos/``, ``strength/`` or ``failure/``. It holds its constants,
+which are a table of the same name in cards and cases, its equations, and a `Model` that
+names them; its folder's ``MODELS`` lists it. All that depends on which models there are
+follows: choices, schema, messages, the table of constants, and the calls.
+
+Each equation of a model is a jitted function of ``(x, k, mat)``: the arrays of
+`particles.MaterialState`, the index of a particle, and its row of the table of
+constants, in which ``mat.NAME`` are the model's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from typing import Any, Literal, NamedTuple, get_args, get_origin
+
+import numpy as np
+import numpy.typing as npt
+from numba.extending import overload, register_jitable
+from pydantic.fields import FieldInfo
+
+from mpisph.inputs.quantities import Quantity
+from mpisph.inputs.sourced import Sourced
+
+Equation = Callable[..., Any]
+Record = npt.NDArray[np.void]
+
+
+class Model(NamedTuple):
+    """A material model.
+
+    Attributes
+    ----------
+    name : str
+        As cases and cards choose it.
+    label : str
+        As reports call it.
+    constants : type or None
+        The model of its constants; None for a model without any.
+    equations : mapping of str to callable
+        Its jitted functions of ``(x, k, mat)``; which there are is up to the folder.
+    """
+
+    name: str
+    label: str
+    constants: type[Sourced] | None
+    equations: Mapping[str, Equation]
+
+    @property
+    def attribute(self) -> str:
+        """The name as an identifier: the column of the table of constants."""
+        return self.name.replace("-", "_")
+
+
+def load_models(package: str, modules: Sequence[str]) -> dict[str, Model]:
+    """Return the models of a folder by their names.
+
+    Parameters
+    ----------
+    package : str
+        Dotted name of the folder.
+    modules : sequence of str
+        Its files, each with a ``MODEL``.
+    """
+    models = (import_module(f"{package}.{module}").MODEL for module in modules)
+    return {model.name: model for model in models}
+
+
+def choose(kind: str, equation: str, models: Mapping[str, Model]) -> Equation:
+    """Return a function that calls an equation of the model that a material has chosen.
+
+    It may be called from Python and from jitted functions, into which it is compiled as
+    a chain of comparisons with the model's number; 2 ns a call with three models, and
+    the caller is kept in the disk cache.
+
+    Parameters
+    ----------
+    kind : str
+        Column of the table of constants that holds the number of the model.
+    equation : str
+        Key of `Model.equations`.
+    models : mapping of str to Model
+        All models of that kind, in the order of their numbers.
+    """
+    functions = [model.equations[equation] for model in models.values()]
+
+    def chosen(x, k, mat):
+        return functions[getattr(mat, kind)](x, k, mat)
+
+    *others, last = functions
+    chain = _call(last)
+    for number, function in reversed(list(enumerate(others))):
+        chain = _link(kind, number, function, chain)
+
+    @overload(chosen)
+    def compiled(x, k, mat):
+        return lambda x, k, mat: chain(x, k, mat)
+
+    return chosen
+
+
+def _call(function: Equation) -> Equation:
+    @register_jitable
+    def call(x, k, mat):
+        return function(x, k, mat)
+
+    return call
+
+
+def _link(kind: str, number: int, function: Equation, rest: Equation) -> Equation:
+    @register_jitable
+    def link(x, k, mat):
+        if getattr(mat, kind) == number:
+            return function(x, k, mat)
+        return rest(x, k, mat)
+
+    return link
+
+
+class Constant(NamedTuple):
+    """One constant of a model.
+
+    Attributes
+    ----------
+    name : str
+    value : float or str
+        In SI; some are words.
+    unit : str
+    """
+
+    name: str
+    value: float | str
+    unit: str
+
+
+def described(constants: Sourced) -> list[Constant]:
+    """Return the constants of a model with their units."""
+    found = []
+    for name, field in _fields(type(constants)).items():
+        units = [q.unit for q in field.metadata if isinstance(q, Quantity)]
+        found.append(Constant(name, getattr(constants, name), *(units or [""])))
+    return found
+
+
+def record_type(constants: type[Sourced]) -> np.dtype[Any]:
+    """Return the structured type of a model's constants; words go by their number."""
+    kinds = [
+        (name, np.int64 if _words(field) else np.float64)
+        for name, field in _fields(constants).items()
+    ]
+    return np.dtype((np.record, kinds))
+
+
+def record(constants: Sourced) -> tuple[float, ...]:
+    """Return constants in the order of `record_type`."""
+    fields = _fields(type(constants))
+    values = ((getattr(constants, name), _words(fields[name])) for name in fields)
+    return tuple(words.index(v) if words else v for v, words in values)
+
+
+def _fields(constants: type[Sourced]) -> dict[str, FieldInfo]:
+    """Return the fields that are constants."""
+    fields = constants.model_fields.items()
+    return {name: field for name, field in fields if name != "sources"}
+
+
+def _words(field: FieldInfo) -> tuple[str, ...]:
+    """Return the words that a field may be, none for a number."""
+    kind = field.annotation
+    return get_args(kind) if get_origin(kind) is Literal else ()
