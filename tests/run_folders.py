@@ -16,7 +16,7 @@ def outcome(folder):
     names = ("status", "step", "clouds", "comparisons", "conservation")
     return {
         # Imbalance and wall time are of the machine.
-        "history": [line.split(",")[:11] for line in lines],
+        "history": [line.split(",")[:-2] for line in lines],
         "series": (folder / "snapshots.vtkhdf.series").read_bytes(),
         "snapshots": {p.name: p.read_bytes() for p in snapshots},
         **{name: result[name] for name in names},

@@ -176,7 +176,7 @@ class Particles:
             return MaterialState(*(getattr(self, n) for n in MaterialState._fields))
         ahead = dict(zip(INTEGRATED, integrated, strict=True))
         history = {name: getattr(self, name).copy() for name in HISTORY}
-        response = dict(zip(RESPONSE, np.empty((len(RESPONSE), self.n)), strict=True))
+        response = {name: np.empty(self.n) for name in RESPONSE}
         return MaterialState(self.material, **ahead, **history, **response)
 
     @property

@@ -6,12 +6,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
-from numba import njit
 
 from mpisph.case import Case
 from mpisph.case.bodies import Plate
 from mpisph.case.sections import Exposure, Measured
-from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray, IntArray, Particles
 from mpisph.parallel.redistribution import gather_all
 
@@ -27,15 +25,18 @@ class CloudDefinition(NamedTuple):
     rear : float
         Original axial position of the plate's rear face [m].
     min_velocity : float
-        The cloud moves faster than this along z [m/s]. The lip of the hole
+        The cloud moves faster than this away from the plate [m/s]. The lip of the hole
         stands behind the plate as well, but hardly moves axially.
     quantile : float
         Fraction of the cloud's mass within the robust measures.
+    direction : float
+        1.0 where the projectile flies along +z, -1.0 along -z.
     """
 
     rear: float
     min_velocity: float
     quantile: float
+    direction: float = 1.0
 
 
 class CloudMeasure(NamedTuple):
@@ -52,7 +53,7 @@ class CloudMeasure(NamedTuple):
     length_robust : float
         Length that the given fraction of the mass lies within [m].
     front_velocity : float
-        Axial velocity of the foremost particle [m/s].
+        Velocity of the foremost particle, away from the plate [m/s].
     mass : float
         [kg].
     """
@@ -85,7 +86,7 @@ def target_plate(case: Case) -> Plate | None:
     ----------
     case : Case
         The plate is the one that its measurements name; without any, it is the
-        slowest one, which is the target.
+        slowest one, whichever way it moves; of two as slow, that along -z.
 
     Returns
     -------
@@ -94,7 +95,16 @@ def target_plate(case: Case) -> Plate | None:
     plates = [body for body in case.bodies if isinstance(body, Plate)]
     if case.measured is not None:
         plates = [plate for plate in plates if plate.name == case.measured.plate]
-    return min(plates, key=lambda plate: plate.velocity, default=None)
+    by_speed = [(abs(plate.velocity), plate.velocity) for plate in plates]
+    return plates[by_speed.index(min(by_speed))] if plates else None
+
+
+def impact_direction(case: Case) -> float:
+    """Return 1.0 where what hits the target flies along +z, -1.0 along -z."""
+    plate = target_plate(case)
+    still = 0.0 if plate is None else plate.velocity
+    relative = [body.velocity - still for body in case.bodies]
+    return -1.0 if max(relative, key=abs) < 0.0 else 1.0
 
 
 def rear_face(case: Case) -> float:
@@ -103,15 +113,17 @@ def rear_face(case: Case) -> float:
     Parameters
     ----------
     case : Case
-        See `target_plate`.
+        See `target_plate`; its rear face is that away from what hits it.
 
     Returns
     -------
     float
-        Infinite where there is no plate: nothing lies behind it.
+        Infinitely far off where there is no plate: nothing lies behind it.
     """
-    plate = target_plate(case)
-    return math.inf if plate is None else plate.rear_face
+    plate, direction = target_plate(case), impact_direction(case)
+    if plate is None:
+        return direction * math.inf
+    return plate.rear_face if direction > 0.0 else plate.position
 
 
 def impact_velocity(case: Case) -> float:
@@ -133,47 +145,25 @@ def cloud_definition(case: Case) -> CloudDefinition:
     CloudDefinition
     """
     measured = case.measured or Measured()
-    min_velocity = measured.min_velocity_fraction * impact_velocity(case)
-    return CloudDefinition(rear_face(case), min_velocity, measured.quantile)
+    return CloudDefinition(
+        rear=rear_face(case),
+        direction=impact_direction(case),
+        min_velocity=measured.min_velocity_fraction * impact_velocity(case),
+        quantile=measured.quantile,
+    )
 
 
 def in_cloud(
     z: FloatArray, u_z: FloatArray, definition: CloudDefinition
 ) -> npt.NDArray[np.bool_]:
     """Say which particles are in the cloud, shape (n,)."""
-    return (z > definition.rear) & (u_z > definition.min_velocity)
+    behind = length_of(z, definition) > 0.0
+    return behind & (definition.direction * u_z > definition.min_velocity)
 
 
-def local_extent(p: Particles, definition: CloudDefinition) -> tuple[float, float]:
-    """Return the largest radius and the length of the cloud on this rank.
-
-    Parameters
-    ----------
-    p : Particles
-        Owned particles; may be none.
-    definition : CloudDefinition
-
-    Returns
-    -------
-    tuple of float
-        R_b and L_b by the outermost particles [m]; zero without a cloud. Their maxima
-        over the ranks are those of the run.
-    """
-    radius, front = _extent(p.r, p.z, p.u_z, definition.rear, definition.min_velocity)
-    return float(radius), float(front) - definition.rear if radius > 0.0 else 0.0
-
-
-@njit(**EXACT)  # type: ignore[untyped-decorator]
-def _extent(
-    r: FloatArray, z: FloatArray, u_z: FloatArray, rear: float, min_velocity: float
-) -> tuple[float, float]:
-    """Return the largest r and z of the cloud [m]; a radius of zero is no cloud."""
-    radius, front = 0.0, rear
-    for i in range(r.size):
-        if z[i] > rear and u_z[i] > min_velocity:
-            radius = max(radius, r[i])
-            front = max(front, z[i])
-    return radius, front
+def length_of(z: FloatArray, definition: CloudDefinition) -> FloatArray:
+    """Return how far behind the plate's original rear face positions lie [m]."""
+    return definition.direction * (z - definition.rear)
 
 
 def measure_cloud(
@@ -233,14 +223,14 @@ def measure_arrays(
     if not cloud.size:
         return CloudMeasure(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     ids, r, z, u_z, m = ids[cloud], r[cloud], z[cloud], u_z[cloud], m[cloud]
-    length = z - definition.rear
-    front = np.lexsort((ids, z))[-1]
+    length = length_of(z, definition)
+    front = np.lexsort((ids, length))[-1]
     return CloudMeasure(
         float(r.max()),
         float(length[front]),
         _mass_quantile(r, m, ids, definition.quantile),
         _mass_quantile(length, m, ids, definition.quantile),
-        float(u_z[front]),
+        float(definition.direction * u_z[front]),
         math.fsum(m),
     )
 

@@ -2,7 +2,7 @@
 
 import csv
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,73 +10,49 @@ import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 
+from mpisph.diagnostics.series import SERIES
 from mpisph.io.files import LineFile, write_text
 
 HISTORY_FILE = "history.csv"
 
 
-class HistoryRow(NamedTuple):
-    """One line of the history, over all ranks.
+Row = Mapping[str, float]
+"""One line by the names of `COLUMNS`; all of `SERIES` over all ranks, in SI units."""
+
+
+class Column(NamedTuple):
+    """A column of the history.
 
     Attributes
     ----------
-    step : int
-    time : float
-        [s].
-    dt : float
-        Length of the step [s].
-    mass : float
-        [kg].
-    momentum_z : float
-        Axial momentum [kg m/s].
-    kinetic_energy, internal_energy : float
-        [J].
-    energy_error : float
-        Change of the total energy, relative to the initial one.
-    cloud_radius, cloud_length : float
-        R_b and L_b by the outermost particles [m].
-    cloud_mass : float
-        Mass of the cloud [kg].
-    imbalance : float
-        Excess of the largest load over the mean.
-    wall : float
-        Time since the start of the run [s].
+    name : str
+    unit : str
+        SI unit; empty for a pure number.
+    meaning : str
+        What it is, for people.
     """
 
-    step: int
-    time: float
-    dt: float
-    mass: float
-    momentum_z: float
-    kinetic_energy: float
-    internal_energy: float
-    energy_error: float
-    cloud_radius: float
-    cloud_length: float
-    cloud_mass: float
-    imbalance: float
-    wall: float
+    name: str
+    unit: str
+    meaning: str
 
 
-UNITS = {
-    "time": "s",
-    "dt": "s",
-    "mass": "kg",
-    "momentum_z": "kg_m_per_s",
-    "kinetic_energy": "J",
-    "internal_energy": "J",
-    "cloud_radius": "m",
-    "cloud_length": "m",
-    "cloud_mass": "kg",
-    "wall": "s",
-}
-"""Units of the columns that have one."""
+COLUMNS = (
+    Column("step", "", "steps made"),
+    Column("time", "s", "time"),
+    Column("dt", "s", "length of the step"),
+    *(Column(series.name, series.unit, series.label) for series in SERIES),
+    Column("energy_error", "", "change of the total energy over the initial one"),
+    Column("imbalance", "", "largest load of a rank over the mean, less 1"),
+    Column("wall", "s", "wall time since the start of the run"),
+)
 
 HEADER = tuple(
-    f"{name}_{UNITS[name]}" if name in UNITS else name for name in HistoryRow._fields
+    "_".join((c.name, *c.unit.replace("/", " per ").split())) for c in COLUMNS
 )
 """Names of the columns in the file."""
 
+_NAMES = tuple(column.name for column in COLUMNS)
 _INTEGERS = frozenset({"step"})
 
 
@@ -108,9 +84,9 @@ class History(LineFile):
             write_text(path, _line(HEADER))
         super().__init__(path)
 
-    def add(self, row: HistoryRow) -> None:
+    def add(self, row: Row) -> None:
         """Write one line; numbers keep all of their digits."""
-        self.write(_line(tuple(map(_text, HistoryRow._fields, row))))
+        self.write(_line([_text(name, row[name]) for name in _NAMES]))
 
 
 def kept_history(folder: Path, size: int) -> int:
@@ -142,7 +118,7 @@ def read_history(path: Path) -> npt.NDArray[Any]:
     Returns
     -------
     structured ndarray, shape (lines,)
-        Its fields are those of `HistoryRow`, in SI units. A last line that was
+        Its fields are those of `COLUMNS`, in SI units. A last line that was
         cut short by the end of the run is left out.
 
     Raises
@@ -152,7 +128,7 @@ def read_history(path: Path) -> npt.NDArray[Any]:
     ValueError
         If it is not a history.
     """
-    kinds = [(n, "i8" if n in _INTEGERS else "f8") for n in HistoryRow._fields]
+    kinds = [(n, "i8" if n in _INTEGERS else "f8") for n in _NAMES]
     return np.array([tuple(row) for row in _read_rows(path)], dtype=kinds)
 
 

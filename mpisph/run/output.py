@@ -9,7 +9,7 @@ from mpisph.core.errors import UnstableError
 from mpisph.diagnostics.cloud import measure_cloud
 from mpisph.diagnostics.conservation import ConservationErrors, conservation_errors
 from mpisph.io.checkpoint import PARTICLE_BYTES, write_checkpoint
-from mpisph.io.history import History, HistoryRow
+from mpisph.io.history import History, Row
 from mpisph.io.provenance import versions
 from mpisph.io.result import (
     CloudRecord,
@@ -63,7 +63,7 @@ class RunOutput:
         self.metadata = {"case": sim.case.to_toml(), **provenance}
         self.clouds: list[CloudRecord] = list(state.clouds) if state else []
         self.snapshots = state.snapshots if state else 0
-        self.initial = list(state.initial) if state and state.initial else None
+        self.initial = state.initial if state else None
         self.energy_error_max = state.energy_error_max if state else 0.0
         self.errors = ConservationErrors(0.0, 0.0, 0.0)
         self._unwritten: Reduction | None = None
@@ -83,8 +83,8 @@ class RunOutput:
         if sim.step == 1:
             self.first_step = time.time()
         if self.initial is None:
-            self.initial = found.sums.tolist()
-        self.errors = conservation_errors(self.initial, found.sums)
+            self.initial = found.series
+        self.errors = conservation_errors(self.initial, found.series)
         self.energy_error_max = max(self.energy_error_max, abs(self.errors.energy))
         self._unwritten = found
         if sim.step % sim.case.output.history_every == 0:
@@ -97,24 +97,16 @@ class RunOutput:
             self.history.add(self._row(sim, self._unwritten))
             self._unwritten = None
 
-    def _row(self, sim: Simulation, found: Reduction) -> HistoryRow:
-        mass, momentum, kinetic, internal = found.sums.tolist()
-        radius, length = found.extent.tolist()
-        return HistoryRow(
-            step=sim.step,
-            time=sim.time,
-            dt=sim.dt,
-            mass=mass,
-            momentum_z=momentum,
-            kinetic_energy=kinetic,
-            internal_energy=internal,
-            energy_error=self.errors.energy,
-            cloud_radius=radius,
-            cloud_length=length,
-            cloud_mass=found.cloud_mass,
-            imbalance=imbalance(found.work),
-            wall=self.wall,
-        )
+    def _row(self, sim: Simulation, found: Reduction) -> Row:
+        return {
+            "step": sim.step,
+            "time": sim.time,
+            "dt": sim.dt,
+            **found.series,
+            "energy_error": self.errors.energy,
+            "imbalance": imbalance(found.work),
+            "wall": self.wall,
+        }
 
     def save(self, sim: Simulation) -> None:
         """Write a snapshot and measure the cloud."""
@@ -162,9 +154,8 @@ class RunOutput:
             step=sim.step,
             dt=sim.dt,
             first_dt=sim.first_dt,
-            energy_scale=sim.scales.energy,
-            sum_bounds=tuple(sim.scales.sums.tolist()),
-            initial=None if self.initial is None else tuple(self.initial),
+            scales=sim.scales,
+            initial=self.initial,
             energy_error_max=self.energy_error_max,
             snapshots=self.snapshots,
             clouds=tuple(self.clouds),

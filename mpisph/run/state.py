@@ -7,13 +7,14 @@ from pydantic import BaseModel, ConfigDict
 from mpisph.case import Case
 from mpisph.core.errors import MpisphError
 from mpisph.core.particles import IntArray
+from mpisph.diagnostics.series import Scales
 from mpisph.io.checkpoint import Checkpoint
 from mpisph.io.result import (
     CloudRecord,
 )
 from mpisph.parallel.collectives import raise_together
 from mpisph.solver.start import restore
-from mpisph.solver.state import Scales, Simulation
+from mpisph.solver.state import Simulation
 
 
 class RunState(BaseModel):
@@ -36,12 +37,10 @@ class RunState(BaseModel):
     """Length of the last step [s]."""
     first_dt: float
     """Length allowed for the first step [s]."""
-    energy_scale: float
-    """Specific energy of the run [J/kg]."""
-    sum_bounds: tuple[float, ...]
-    """Bounds of one particle's terms of the conserved sums."""
-    initial: tuple[float, ...] | None
-    """Conserved sums at the start."""
+    scales: Scales
+    """Magnitudes of the run, taken at its start."""
+    initial: dict[str, float] | None
+    """The series at the start, by name."""
     energy_error_max: float
     """Largest energy error so far."""
     snapshots: int
@@ -85,8 +84,7 @@ def restored(
     )
     error = None if sound else MpisphError("the checkpoint's particles are no case's")
     raise_together(comm, error)
-    scales = Scales(state.energy_scale, np.array(state.sum_bounds))
-    sim = restore(case, comm, checkpoint.particles, checkpoint.n_total, scales)
+    sim = restore(case, comm, checkpoint.particles, checkpoint.n_total, state.scales)
     sim.time, sim.step = state.time, state.step
     sim.dt, sim.first_dt = state.dt, state.first_dt
     return sim

@@ -8,26 +8,40 @@ records and draws the same conclusions, so no step needs another reduction.
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from mpi4py import MPI
 from numba import njit
 
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray, Particles
-from mpisph.diagnostics.cloud import CloudDefinition, in_cloud, local_extent
-from mpisph.diagnostics.conservation import totals
+from mpisph.diagnostics.cloud import CloudDefinition
+from mpisph.diagnostics.series import PARTS_TYPE, joined, local_parts
 from mpisph.diagnostics.stability import STABLE, Bounds, first_fault
 from mpisph.parallel.halo import bounding_box
 from mpisph.parallel.load_balance import relative_pair_costs, work_of
-from mpisph.parallel.reproducible_sum import CHUNKS, fixed_point_chunks, from_chunks
 from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.sph.timestep import StepRule, local_limit
 
-N_SUMS = 5
-"""The conserved sums and the mass of the cloud."""
+Records = npt.NDArray[np.void]
 
-HEAD = 13
-"""Numbers of a record before the sums."""
+RECORD = np.dtype(
+    (
+        np.record,
+        [
+            ("limit", np.float64),
+            ("limited_by", np.int64),
+            ("box", np.float64, (4,)),
+            ("work", np.float64),
+            ("pair_cost", np.float64),
+            ("fault", np.int64),
+            ("fault_id", np.int64),
+            ("stop_request", np.int64),
+            *PARTS_TYPE,
+        ],
+    )
+)
+"""What each rank sends; all of its items have eight bytes."""
 
 
 class Reduction(NamedTuple):
@@ -51,12 +65,8 @@ class Reduction(NamedTuple):
         Smallest id of a particle with that fault.
     stop_request : int
         Largest request of a rank (see `signals`).
-    sums : ndarray, shape (4,)
-        Mass [kg], axial momentum [kg m/s], kinetic and internal energy [J].
-    cloud_mass : float
-        Mass of the cloud [kg].
-    extent : ndarray, shape (2,)
-        R_b and L_b by the outermost particles of the cloud [m].
+    series : dict of str to float
+        The quantities of `diagnostics.series` by name, in SI units.
     """
 
     limit: float
@@ -67,9 +77,7 @@ class Reduction(NamedTuple):
     fault: int
     fault_id: int
     stop_request: int
-    sums: FloatArray
-    cloud_mass: float
-    extent: FloatArray
+    series: dict[str, float]
 
 
 def global_reduction(
@@ -89,8 +97,8 @@ def global_reduction(
         Of the coming step: the bounding boxes must hold until its end.
     bounds : Bounds
         Of sound runs.
-    sum_bounds : ndarray, shape (4,)
-        Bounds of one particle's terms of the conserved sums.
+    sum_bounds : ndarray, shape (sums,)
+        Bounds of one particle's terms of the sums; see `series.bounds_of`.
     cloud : CloudDefinition
     pair_cost : float, optional
         Measured time of a pair on this rank [s], 0 for unknown.
@@ -99,66 +107,55 @@ def global_reduction(
     """
     limit, where = local_limit(p, scheme)
     fault, fault_id = first_fault(p, table, bounds)
-    bounds_of_terms = np.append(sum_bounds, sum_bounds[0])
-    chunks = fixed_point_chunks(_terms(p, cloud), bounds_of_terms)
-    record = np.empty(HEAD + N_SUMS * CHUNKS)
-    record[0] = limit
-    record[1] = p.id[where] if where >= 0 else -1
-    record[2:6] = bounding_box(p, scheme.kappa, rule.allowed(limit), rule.kick)
-    record[6] = work_of(p.neighbours).sum()
-    record[7:9] = fault, fault_id
-    record[9:11] = local_extent(p, cloud)
-    record[11:13] = pair_cost, stop_request
-    record[HEAD:] = chunks.ravel().view(np.float64)
-    records = np.empty((comm.size, record.size))
-    comm.Allgather(record, records)
-    return _conclude(records, bounds_of_terms)
+    parts = local_parts(p, cloud, sum_bounds)
+    record = np.zeros(1, RECORD)
+    record["limit"] = limit
+    record["limited_by"] = p.id[where] if where >= 0 else -1
+    record["box"] = bounding_box(p, scheme.kappa, rule.allowed(limit), rule.kick)
+    record["work"] = work_of(p.neighbours).sum()
+    record["pair_cost"] = pair_cost
+    record["fault"], record["fault_id"] = fault, fault_id
+    record["stop_request"] = stop_request
+    record["sums"], record["maxima"] = parts
+    records = np.empty(comm.size, RECORD)
+    comm.Allgather(record.view(np.int64), records.view(np.int64))
+    return _conclude(records, sum_bounds)
 
 
-def _terms(p: Particles, cloud: CloudDefinition) -> FloatArray:
-    """Return what each particle adds to the sums, shape (N_SUMS, n)."""
-    cloud_mass = p.m * in_cloud(p.z, p.u_z, cloud)
-    return np.concatenate([totals(p), cloud_mass[np.newaxis]])
-
-
-def _conclude(records: FloatArray, bounds_of_terms: FloatArray) -> Reduction:
+def _conclude(records: Records, sum_bounds: FloatArray) -> Reduction:
     """Draw the same conclusions from all records on every rank."""
     first, fault, who = _first_and_fault(records)
-    chunks = np.ascontiguousarray(records[:, HEAD:]).view(np.int64).sum(axis=0)
-    *sums, cloud_mass = from_chunks(chunks.reshape(N_SUMS, CHUNKS), bounds_of_terms)
-    pair_costs = relative_pair_costs(records[:, 11])
+    pair_costs = relative_pair_costs(records["pair_cost"])
     return Reduction(
-        limit=float(records[first, 0]),
-        limited_by=int(records[first, 1]),
-        rank_boxes=records[:, 2:6].copy(),
-        work=pair_costs * records[:, 6],
+        limit=float(records["limit"][first]),
+        limited_by=int(records["limited_by"][first]),
+        rank_boxes=records["box"].copy(),
+        work=pair_costs * records["work"],
         pair_costs=pair_costs,
         fault=int(fault),
         fault_id=int(who),
-        stop_request=int(np.maximum.reduce(records[:, 12])),
-        sums=np.array(sums),
-        cloud_mass=float(cloud_mass),
-        extent=np.maximum.reduce(records[:, 9:11]),
+        stop_request=int(records["stop_request"].max()),
+        series=joined(records["sums"], records["maxima"], sum_bounds),
     )
 
 
 @njit(**EXACT)  # type: ignore[untyped-decorator]
-def _first_and_fault(records: FloatArray) -> tuple[int, int, int]:
+def _first_and_fault(records: Records) -> tuple[int, int, int]:
     """Return the rank with the smallest limit, the fault of smallest id, and that id.
 
     Of equal limits, the smaller id's comes first.
     """
     first, faulty = 0, -1
-    for k in range(records.shape[0]):
-        limit, where = records[k, 0], records[k, 1]
-        if limit < records[first, 0] or (
-            limit == records[first, 0] and where < records[first, 1]
+    for k in range(records.size):
+        mine, best = records[k], records[first]
+        if mine.limit < best.limit or (
+            mine.limit == best.limit and mine.limited_by < best.limited_by
         ):
             first = k
-        if records[k, 7] != STABLE and (
-            faulty < 0 or records[k, 8] < records[faulty, 8]
+        if mine.fault != STABLE and (
+            faulty < 0 or mine.fault_id < records[faulty].fault_id
         ):
             faulty = k
     if faulty < 0:
         return first, STABLE, -1
-    return first, int(records[faulty, 7]), int(records[faulty, 8])
+    return first, records[faulty].fault, records[faulty].fault_id

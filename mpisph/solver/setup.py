@@ -9,12 +9,13 @@ from mpisph.case import Case
 from mpisph.case.discretise import InitialParticles
 from mpisph.core.particles import Particles
 from mpisph.diagnostics.cloud import cloud_definition
+from mpisph.diagnostics.series import Scales
 from mpisph.diagnostics.stability import Bounds
 from mpisph.parallel.decomposition import Cut
 from mpisph.physics.response import material_table
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import MODES
-from mpisph.solver.state import Scales, Simulation
+from mpisph.solver.state import Simulation
 from mpisph.sph.neighbours import make_lattice
 from mpisph.sph.timestep import StepRule
 
@@ -66,11 +67,7 @@ def initial_scales(case: Case, initial: InitialParticles) -> Scales:
     """Return the magnitudes of a run."""
     slow = 0.01 * max(entry.bulk_sound_speed for entry in case.material_table)
     speed = max(float(np.abs(initial.u_z).max()), slow)
-    energy = 0.5 * speed**2
-    room = 1e6
-    mass = float(initial.m.max())
-    terms = np.array([1.0, room * speed, room * energy, room * energy])
-    return Scales(energy, mass * terms)
+    return Scales(float(initial.m.max()), speed)
 
 
 def step_rule(case: Case) -> StepRule:

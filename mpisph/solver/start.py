@@ -7,6 +7,7 @@ from mpisph.case import Case
 from mpisph.case.discretise import InitialParticles, discretise
 from mpisph.core.memory import keep_freed_memory
 from mpisph.core.particles import Particles
+from mpisph.diagnostics.series import Scales
 from mpisph.parallel.cost_model import fastest_cut
 from mpisph.parallel.decomposition import Cut, owners
 from mpisph.parallel.halo import reach
@@ -14,7 +15,7 @@ from mpisph.parallel.load_balance import PairCost, work_of
 from mpisph.parallel.migration import migrate
 from mpisph.physics.response import respond
 from mpisph.solver.setup import initial_scales, make_simulation
-from mpisph.solver.state import Scales, Simulation
+from mpisph.solver.state import Simulation
 from mpisph.solver.step import evaluate_rates, rebalance, reduce_state
 from mpisph.sph.timestep import StepRule
 
@@ -66,7 +67,7 @@ def start_from(
     sim.time = time
     respond(sim.particles.material_state(), sim.table, sim.scheme.sound_speed_floor)
     rank_boxes = reduce_state(sim, NO_STEP).rank_boxes
-    evaluate_rates(sim, sim.particles.integrated.copy(), rank_boxes, 0.0)
+    evaluate_rates(sim, 0.0, rank_boxes, 0.0)
     sim.pair_cost = PairCost()  # the first time, compiled code was loaded too
     rebalance(sim, reduce_state(sim).work)  # the neighbours are known only now
     return sim

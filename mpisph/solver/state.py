@@ -1,14 +1,14 @@
 """The state of a run: everything that a step reads or changes."""
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from mpi4py import MPI
 
 from mpisph.case import Case
-from mpisph.core.particles import FloatArray, Particles
+from mpisph.core.particles import Particles
 from mpisph.core.timers import Timers
 from mpisph.diagnostics.cloud import CloudDefinition
+from mpisph.diagnostics.series import Scales
 from mpisph.diagnostics.stability import Bounds
 from mpisph.parallel.decomposition import Cut
 from mpisph.parallel.halo import Halo
@@ -17,23 +17,6 @@ from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.sph.neighbours import Lattice
 from mpisph.sph.timestep import StepRule
-
-
-class Scales(NamedTuple):
-    """Magnitudes of a run, taken at its start.
-
-    Attributes
-    ----------
-    energy : float
-        Specific energy: the largest kinetic one, or that of a hundredth of the bulk
-        sound speed where nothing moves [J/kg].
-    sums : ndarray, shape (4,)
-        Bounds of one particle's terms of the conserved sums. They may be loose: see
-        `collectives.fixed_point_chunks`.
-    """
-
-    energy: float
-    sums: FloatArray
 
 
 @dataclass

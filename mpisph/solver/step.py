@@ -12,9 +12,12 @@ Before each step the ranks make one reduction, the step's only one; now and then
 cut is moved and particles change their owner.
 """
 
+from typing import Any
+
 import numpy as np
 
 from mpisph.core.particles import FloatArray
+from mpisph.diagnostics.series import bounds_of
 from mpisph.parallel.cost_model import fastest_cut
 from mpisph.parallel.decomposition import Cut, owners, part_work
 from mpisph.parallel.halo import boxes, exchange_halo, reach
@@ -62,7 +65,7 @@ def reduce_state(
             sim.scheme,
             rule or sim.rule,
             sim.bounds,
-            sim.scales.sums,
+            bounds_of(sim.scales),
             sim.cloud,
             sim.pair_cost.value,
             stop_request,
@@ -129,8 +132,7 @@ def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
     with sim.timers.measure("stepping"):
         kick(p, before)
         drift(p, dt)
-        predicted = predict(p, after)
-    evaluate_rates(sim, predicted, rank_boxes, dt)
+    evaluate_rates(sim, after, rank_boxes, dt)
     with sim.timers.measure("stepping"):
         kick(p, after)
     with sim.timers.measure("materials"):
@@ -141,18 +143,17 @@ def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
 
 
 def evaluate_rates(
-    sim: Simulation, integrated: FloatArray, rank_boxes: FloatArray, dt: float
+    sim: Simulation, after: float, rank_boxes: FloatArray, dt: float
 ) -> None:
     """Evaluate the rates of the owned particles (R1-R10).
 
     Parameters
     ----------
     sim : Simulation
-    integrated : ndarray, shape (8, n)
-        Integrated fields at the time of evaluation; its stress is brought back to the
-        yield surface.
+    after : float
+        How far ahead of the particles the rates are evaluated [s].
     rank_boxes : ndarray, shape (ranks, 4)
-        Bounding boxes that hold for the positions and `integrated`.
+        Bounding boxes that hold at that time.
     dt : float
         Time since the last evaluation, zero for the first [s].
     """
@@ -161,17 +162,14 @@ def evaluate_rates(
     # last one alone would make the scheme first order in time; extrapolated, it keeps
     # the second.
     last_div = p.div.copy()
+    with sim.timers.measure("stepping"):
+        state = p.material_state(predict(p, after))
     with sim.timers.measure("materials"):
-        state = p.material_state(integrated)
         respond(state, sim.table, scheme.sound_speed_floor)
     with sim.timers.measure("halo"):
-        ahead = {**state._asdict(), "div": last_div + dt * p.ddiv}
-        fields = exchanged_fields(p, ahead)
-        half = reach(state.h, scheme.kappa)
-        these = boxes(p.r, p.z, half, half)
-        ghosts = exchange_halo(sim.comm, fields, these, rank_boxes, sim.halo)
-        if ghosts.size > 0:
-            fields = np.concatenate([fields, ghosts], axis=1)
+        fields = _with_ghosts(sim, state, last_div + dt * p.ddiv, rank_boxes)
+        G = state.G
+        del state  # a tenth of the memory at the peak, which is in the pair loop
     with sim.timers.measure("neighbours"):
         cells = sort_fields(fields, sim.lattice)
     with sim.timers.measure("pair loop") as watch:
@@ -181,7 +179,7 @@ def evaluate_rates(
             sim.lattice,
             sim.table,
             scheme,
-            state.G,
+            G,
             p.rates,
             p.div,
             p.neighbours,
@@ -191,3 +189,15 @@ def evaluate_rates(
     sim.interactions += pairs
     if dt > 0.0:
         p.ddiv[:] = (p.div - last_div) / dt
+
+
+def _with_ghosts(
+    sim: Simulation, state: Any, div: FloatArray, rank_boxes: FloatArray
+) -> FloatArray:
+    """Return the exchanged fields of the owned particles, then of their ghosts."""
+    p = sim.particles
+    fields = exchanged_fields(p, {**state._asdict(), "div": div})
+    half = reach(state.h, sim.scheme.kappa)
+    these = boxes(p.r, p.z, half, half)
+    ghosts = exchange_halo(sim.comm, fields, these, rank_boxes, sim.halo)
+    return np.concatenate([fields, ghosts], axis=1) if ghosts.size > 0 else fields
