@@ -104,7 +104,7 @@ def impact_direction(case: Case) -> float:
     plate = target_plate(case)
     still = 0.0 if plate is None else plate.velocity
     relative = [body.velocity - still for body in case.bodies]
-    return -1.0 if max(relative, key=abs) < 0.0 else 1.0
+    return -1.0 if max(relative, key=abs, default=0.0) < 0.0 else 1.0
 
 
 def rear_face(case: Case) -> float:

@@ -21,11 +21,15 @@ import numpy.typing as npt
 from numba.extending import overload, register_jitable
 from pydantic.fields import FieldInfo
 
+from mpisph.core.jit import ENTRY
 from mpisph.inputs.quantities import Quantity
 from mpisph.inputs.sourced import Sourced
 
 Equation = Callable[..., Any]
 Record = npt.NDArray[np.void]
+
+
+INLINED = {name: ENTRY[name] for name in ("error_model", "forceinline")}
 
 
 class Model(NamedTuple):
@@ -94,7 +98,7 @@ def choose(kind: str, equation: str, models: Mapping[str, Model]) -> Equation:
     for number, function in reversed(list(enumerate(others))):
         chain = _link(kind, number, function, chain)
 
-    @overload(chosen)
+    @overload(chosen, jit_options=INLINED)
     def compiled(x, k, mat):
         return lambda x, k, mat: chain(x, k, mat)
 
@@ -102,7 +106,7 @@ def choose(kind: str, equation: str, models: Mapping[str, Model]) -> Equation:
 
 
 def _call(function: Equation) -> Equation:
-    @register_jitable
+    @register_jitable(**INLINED)
     def call(x, k, mat):
         return function(x, k, mat)
 
@@ -110,7 +114,7 @@ def _call(function: Equation) -> Equation:
 
 
 def _link(kind: str, number: int, function: Equation, rest: Equation) -> Equation:
-    @register_jitable
+    @register_jitable(**INLINED)
     def link(x, k, mat):
         if getattr(mat, kind) == number:
             return function(x, k, mat)

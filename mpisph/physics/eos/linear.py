@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from mpisph.core.jit import EXACT
+from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import PositivePressure
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
@@ -27,7 +27,7 @@ def linear(rho, rho0, K):
     return K * (rho / rho0 - 1.0), K / rho0, 0.0
 
 
-@njit(**EXACT)
+@njit(**ENTRY)
 def _pressure(x, k, mat):
     return linear(x.rho[k], mat.rho0, mat.linear.bulk_modulus)
 

@@ -5,7 +5,7 @@ from typing import Annotated
 from numba import njit
 from pydantic import Field
 
-from mpisph.core.jit import EXACT
+from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import Quantity, SoundSpeed
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
@@ -50,7 +50,7 @@ def mie_grueneisen(rho, E, rho0, constants):
     return P, dP_drho, gamma * rho
 
 
-@njit(**EXACT)
+@njit(**ENTRY)
 def _pressure(x, k, mat):
     return mie_grueneisen(x.rho[k], x.E[k], mat.rho0, mat.mie_grueneisen)
 

@@ -12,7 +12,7 @@ import math
 from numba import njit
 from pydantic import model_validator
 
-from mpisph.core.jit import EXACT
+from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import (
     Positive,
     PositivePressure,
@@ -123,7 +123,7 @@ def tillotson(rho, E, rho0, mat):
     return P, f * dr_e + (1.0 - f) * dr_c, dP_dE
 
 
-@njit(**EXACT)
+@njit(**ENTRY)
 def _pressure(x, k, mat):
     return tillotson(x.rho[k], x.E[k], mat.rho0, mat.tillotson)
 

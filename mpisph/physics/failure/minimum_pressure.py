@@ -9,7 +9,7 @@ from typing import Literal
 
 from numba import njit
 
-from mpisph.core.jit import EXACT
+from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import TensionLimit
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
@@ -36,7 +36,7 @@ def minimum_pressure(P, P_min, mode):
     return P_min if mode == CLAMP else 0.0
 
 
-@njit(**EXACT)
+@njit(**ENTRY)
 def _limit_pressure(x, k, mat):
     limit = mat.minimum_pressure
     return minimum_pressure(x.P[k], limit.value, limit.mode)

@@ -3,7 +3,7 @@
 from numba import njit
 from pydantic import model_validator
 
-from mpisph.core.jit import EXACT
+from mpisph.core.jit import ENTRY
 from mpisph.inputs.quantities import NonNegativePressure
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
@@ -28,12 +28,12 @@ class ElasticPlastic(Sourced):
         return self
 
 
-@njit(**EXACT)
+@njit(**ENTRY)
 def _shear_modulus(x, k, mat):
     return mat.elastic_plastic.shear_modulus
 
 
-@njit(**EXACT)
+@njit(**ENTRY)
 def _yield_stress(x, k, mat):
     return mat.elastic_plastic.yield_strength
 

@@ -2,11 +2,11 @@
 
 from numba import njit
 
-from mpisph.core.jit import EXACT
+from mpisph.core.jit import ENTRY
 from mpisph.physics.models import Model
 
 
-@njit(**EXACT)
+@njit(**ENTRY)
 def _zero(x, k, mat):
     return 0.0
 
