@@ -2,13 +2,10 @@
 
 import ast
 import re
-from pathlib import Path
 
 import pytest
 from documents import table_rows, text_of
 from launch import TOP
-
-from mpisph.core import jit  # noqa: F401  it sets Numba's cache folder before first use
 
 PAGE = text_of("mpisph/physics/README.md")
 ROWS = table_rows(PAGE, "| id | what | function | test | source |")
@@ -66,4 +63,3 @@ def test_every_equation_function_is_in_the_table(path):
 def test_the_equations_are_found_where_they_are_looked_for():
     names = {name for path in SOURCES for name in definitions(path)}
     assert {"ring_averages", "approach", "heat_flow", "signal_limit"} <= names
-    assert all(isinstance(path, Path) for path in SOURCES)
