@@ -23,7 +23,6 @@ from mpisph.case import Case, case_from_dict
 from mpisph.case.bodies import Body
 from mpisph.inputs.quantities import si_value
 from mpisph.materials import Material, card_names
-from mpisph.materials.model import Tillotson
 from mpisph.study.model import load_study
 from mpisph.study.paper.claims import load_claims
 
@@ -137,11 +136,22 @@ def test_the_shapes_and_their_keys_are_those_of_a_case():
 
 
 def test_the_constants_are_those_of_a_material():
-    rows = table_rows(CASES_PAGE, "| constant | meaning |")
-    names = re.findall(r"`(\w+)`", " ".join(row[0] for row in rows))
-    assert sorted(names) == sorted(Material.model_fields)
-    (own,) = (meaning for name, meaning in rows if name == "`tillotson`")
-    assert set(re.findall(r"`(\w+)`", own)) == set(Tillotson.model_fields) - {"sources"}
+    listed = {}
+    for names, meaning in table_rows(CASES_PAGE, "| constant | meaning |"):
+        listed |= dict.fromkeys(re.findall(r"`([\w-]+)`", names), meaning)
+    fields = {f.alias or n: f for n, f in Material.model_fields.items()}
+    assert sorted(listed) == sorted(fields)
+    for name, field in fields.items():
+        if (table := inner_model(field)) is not None:
+            constants = set(re.findall(r"`(\w+)`", listed[name]))
+            assert constants == set(table.model_fields) - {"sources"}
+
+
+def inner_model(field):
+    """The model of a table that a field holds, None for a plain value."""
+    kinds = [field.annotation, *get_args(field.annotation)]
+    models = [k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)]
+    return models[0] if models else None
 
 
 def settings(model, prefix=""):
@@ -149,10 +159,7 @@ def settings(model, prefix=""):
     for name, field in model.model_fields.items():
         if name in {"title", "bodies", "materials"} and model is Case:
             continue
-        kinds = [field.annotation, *get_args(field.annotation)]
-        (inner,) = [
-            k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)
-        ] or [None]
+        inner = inner_model(field)
         many = "[]" if "tuple" in str(field.annotation) else ""
         if inner is None:
             yield f"{prefix}{name}", field
