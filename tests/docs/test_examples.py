@@ -157,7 +157,8 @@ def inner_model(field):
 def settings(model, prefix=""):
     """Every key below a model with its field, except of what the user names."""
     for name, field in model.model_fields.items():
-        if name in {"title", "bodies", "materials"} and model is Case:
+        named_by_user = name in {"title", "bodies", "materials"} and model is Case
+        if named_by_user or name == "sources":
             continue
         inner = inner_model(field)
         many = "[]" if "tuple" in str(field.annotation) else ""
