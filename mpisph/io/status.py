@@ -22,10 +22,7 @@ FINAL: tuple[State, ...] = ("completed", "unstable")
 
 
 class Status(BaseModel):
-    """How a run stands.
-
-    A run that says ``running`` while nobody is at work in its folder was killed.
-    """
+    """How a run stands by its own word; see `standing` for who may have been killed."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

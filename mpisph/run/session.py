@@ -103,7 +103,7 @@ def run(
     """
     on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
     session = _Session(comm, folder, console, signals)
-    with FolderLock(comm, folder):
+    with FolderLock(comm, folder, session.say):
         if force:
             return session.begin(case)
         status = from_root(comm, lambda: _status_of(case, folder))
@@ -136,7 +136,7 @@ def resume(
     """
     session = _Session(comm, folder, console, signals)
     case = from_root(comm, lambda: case_in(folder))
-    with FolderLock(comm, folder):
+    with FolderLock(comm, folder, session.say):
         status = from_root(comm, lambda: read_status(folder))
         if status is None:
             raise MpisphError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
