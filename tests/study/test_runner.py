@@ -136,7 +136,7 @@ def test_a_case_that_is_at_work_elsewhere_is_left_to_it(mpi_tmp_path):
     agree(comm, problems)
 
 
-@pytest.mark.parametrize("late", [False], ids=["seen"])
+@pytest.mark.parametrize("late", [False, True], ids=["seen", "after the look"])
 @pytest.mark.parametrize("locks", [True, False], ids=["locks", "no locks"])
 def test_a_live_run_is_neither_started_again_nor_written_to(
     tmp_path, monkeypatch, locks, late
