@@ -180,7 +180,8 @@ def test_leftovers_of_a_kill_are_removed(tmp_path):
 
 def test_what_changes_no_bit_may_change_on_the_way(tmp_path):
     run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(9))
-    changed = short_case("checkpoints.wall_interval=1h", "parallel.cut=z")
+    prose = "measured.exposures.0.source=elsewhere"
+    changed = short_case("checkpoints.wall_interval=1h", "parallel.cut=z", prose)
     result = run(changed, MPI.COMM_SELF, tmp_path)
     assert result.status == "completed"
     assert result.step > 9
