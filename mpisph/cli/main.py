@@ -132,7 +132,7 @@ def _finish_runs(
     if walltime is not None:
         signals.limit(walltime)
     stable = True
-    with signals.heeding_signals(MPI.COMM_WORLD):
+    with signals.catching_signals(MPI.COMM_WORLD):
         for folder, make in zip(folders, runs, strict=True):
             result = make()
             _say_ending(folder, result)

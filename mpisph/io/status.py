@@ -153,7 +153,7 @@ def read_status(folder: Path) -> Status | None:
         return None
     except ValueError as error:
         raise MpisphError(
-            f"{path}: not the status of a run; `mpisph run --force` starts anew"
+            f"{path}: not the status of a run; `mpisph run --force` starts over"
         ) from error
 
 

@@ -118,7 +118,7 @@ def run_study(
     part : Part, optional
         By default all cases in turn.
     signals : SignalHandler, optional
-        Signals and limits to heed.
+        Signals and limits that stop the study.
 
     Returns
     -------
@@ -251,7 +251,7 @@ def _run_one(todo: _Todo, group: MPI.Intracomm, signals: SignalHandler) -> int:
         # Alone in its group, a rank leaves nobody waiting.
         if group.size > 1:
             raise
-        _record_failure(signals.described(error), todo, group)
+        _record_failure(signals.describe(error), todo, group)
         return FAILED
     return {"completed": COMPLETED, "unstable": UNSTABLE}.get(result.status, LEFT)
 

@@ -259,12 +259,12 @@ def test_the_other_cases_go_on_where_one_meets_a_fault_of_the_program(tmp_path):
         "import os, sys\n"
         "if 'OMPI_COMM_WORLD_RANK' in os.environ:\n"
         "    from mpisph.run.output import RunOutput\n"
-        "    note = RunOutput.note\n"
+        "    add = RunOutput.add_step\n"
         "    def fail(self, sim, found):\n"
         f"        if self.folder.name == {bad.name!r} and sim.step == 3:\n"
         "            raise ZeroDivisionError('on purpose')\n"
-        "        note(self, sim, found)\n"
-        "    RunOutput.note = fail\n"
+        "        add(self, sim, found)\n"
+        "    RunOutput.add_step = fail\n"
     )
     done = launch(
         2,
