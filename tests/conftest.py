@@ -52,6 +52,16 @@ def data():
     }
 
 
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory):
+    """The folder of a small completed run; not to be written into."""
+    from small_runs import EXPOSED, small_run  # starts MPI
+
+    folder = tmp_path_factory.mktemp("runs") / "finished"
+    small_run(folder, *EXPOSED)
+    return folder
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_configure(config):
     if not config.getoption("--with-mpi"):

@@ -48,8 +48,8 @@ def slow_steps(folder):
         "import os, time\n"
         "if 'OMPI_COMM_WORLD_RANK' in os.environ:\n"
         "    from mpisph.run.checkpointing import CheckpointPolicy\n"
-        "    ask = CheckpointPolicy.stop_request\n"
-        "    CheckpointPolicy.stop_request = (\n"
+        "    ask = CheckpointPolicy.request\n"
+        "    CheckpointPolicy.request = (\n"
         "        lambda policy, sim: time.sleep(0.025) or ask(policy, sim))\n"
     )
     return folder
@@ -65,8 +65,8 @@ def short_starts(folder, count):
         "if 'OMPI_COMM_WORLD_RANK' in os.environ:\n"
         "    from mpisph.run.signals import SignalHandler\n"
         "    from mpisph.run.checkpointing import CheckpointPolicy\n"
-        "    ask, made = CheckpointPolicy.stop_request, []\n"
-        "    CheckpointPolicy.stop_request = (\n"
+        "    ask, made = CheckpointPolicy.request, []\n"
+        "    CheckpointPolicy.request = (\n"
         "        lambda policy, sim: made.append(1) or ask(policy, sim))\n"
         f"    SignalHandler.time_left = lambda _: 0.0 if len(made) > {count} else 1e6\n"
     )

@@ -5,15 +5,19 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, get_args
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 from mpisph.case.model import Case
+from mpisph.inputs.quantities import PROSE
 
 __all__ = ["HARMLESS", "case_key", "differences"]
 
-HARMLESS = ("checkpoints.", "parallel.", "output.figures", "title")
+HARMLESS = ("checkpoints.", "parallel.", "output.figures")
 """Beginnings of the keys that may change while a run is under way: no bit of what it
-computes depends on them."""
+computes depends on them. So may prose: the title, descriptions and sources."""
 
 KEY_DIGITS = 12
 """Hexadecimal digits of a case's key: two of a million cases share one with a chance of
@@ -59,14 +63,17 @@ def case_key(case: Case) -> str:
 
 def _essence(case: Case) -> dict[str, Any]:
     """Return the dotted keys that matter, with their values."""
-    leaves = _leaves(case.model_dump())
+    leaves = _leaves(case)
     return {key: value for key, value in leaves if not key.startswith(HARMLESS)}
 
 
 def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    """Return the dotted keys and the values of nested tables and arrays."""
+    """Return the dotted keys and the values of nested tables and arrays, less prose."""
     items: Any = ()
-    if isinstance(value, Mapping):
+    if isinstance(value, BaseModel):
+        fields = type(value).model_fields.items()
+        items = [(n, getattr(value, n)) for n, field in fields if not _is_prose(field)]
+    elif isinstance(value, Mapping):
         items = value.items()
     elif isinstance(value, list | tuple):
         items = enumerate(value)
@@ -74,3 +81,9 @@ def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
         yield key, value
     for name, inner in items:
         yield from _leaves(inner, f"{key}.{name}" if key else str(name))
+
+
+def _is_prose(field: FieldInfo) -> bool:
+    """Say whether a field is a text for people, or a table of such."""
+    inner = [getattr(part, "__metadata__", ()) for part in get_args(field.annotation)]
+    return any(PROSE in marks for marks in (field.metadata, *inner))

@@ -132,7 +132,7 @@ def _finish_runs(
     if walltime is not None:
         signals.limit(walltime)
     stable = True
-    with signals.heeding_signals(MPI.COMM_WORLD):
+    with signals.catching_signals(MPI.COMM_WORLD):
         for folder, make in zip(folders, runs, strict=True):
             result = make()
             _say_ending(folder, result)
@@ -207,22 +207,15 @@ def status_command(folders: tuple[Path, ...]) -> None:
 
 
 def _status_line(folder: Path) -> str:
-    from mpisph.io.lock import in_use
-    from mpisph.io.status import read_status
+    from mpisph.io.standing import standing
 
-    status = read_status(folder)
+    state, reason, status = standing(folder)
     if status is None:
-        return f"{folder}: no run"
-    state, reason = status.state, f" ({status.reason})" if status.reason else ""
-    if state == "running":
-        used = in_use(folder)
-        if used is None:
-            reason = " or killed, this file system does not tell"
-        elif not used:
-            state, reason = "failed", " (killed)"
+        return f"{folder}: {'no run' if state == 'to do' else state}"
+    because = f" ({reason})" if reason else ""
     reached, end = status.time * 1e6, status.end_time * 1e6
     return (
-        f"{folder}: {state}{reason}, step {status.step}, t = {reached:.4f} of "
+        f"{folder}: {state}{because}, step {status.step}, t = {reached:.4f} of "
         f"{end:.4f} us, {status.ranks} ranks, {status.host}, {status.updated}"
     )
 

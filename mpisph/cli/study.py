@@ -91,7 +91,7 @@ def study_run_command(
     study = _load(study_file)
     if walltime is not None:
         signals.limit(walltime)
-    with signals.heeding_signals(comm):
+    with signals.catching_signals(comm):
         outcome = run_study(
             study,
             comm,

@@ -243,15 +243,22 @@ def not_blank(text: str) -> str:
     return text
 
 
+PROSE = "prose"
+"""Marks texts for people: no part of what a case computes, nor of which case it is."""
+
 # The bounds leave room for anything that is made of matter, and keep out slips of
 # units and what arithmetic could not bear.
 Flag = Annotated[bool, Strict()]
 Count = Annotated[int, Strict(), Field(ge=1, le=1_000_000_000)]
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=80)]
-Description = Annotated[str, Field(max_length=500), AfterValidator(one_line)]
+Description = Annotated[str, Field(max_length=500), AfterValidator(one_line), PROSE]
 Source = Annotated[Description, AfterValidator(not_blank)]
 Title = Annotated[
-    str, Field(max_length=200), AfterValidator(one_line), AfterValidator(not_blank)
+    str,
+    Field(max_length=200),
+    AfterValidator(one_line),
+    AfterValidator(not_blank),
+    PROSE,
 ]
 
 Positive = Annotated[float, Field(gt=0, le=100), Quantity("")]

@@ -3,11 +3,19 @@
 Every rank holds a shared lock on the file ``.lock`` as long as it lives; whatever ends
 the process, the system then lets go of it. A run that starts asks for the file alone
 first.
+
+Some file systems have no locks, or none for those who may only read. So rank 0 also
+touches the file every `BEAT` seconds, from a thread: a step, a checkpoint or compiling
+may take as long as it likes. Where no lock tells, a file that was touched less than
+`SILENCE` ago is in use, and one that is empty is not.
 """
 
 import fcntl
 import os
+import threading
 import time
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -25,6 +33,28 @@ PATIENCE = 3.0
 GLANCE = 0.05
 """How long to wait for those that only look whether the folder is in use [s]."""
 
+BEAT = 10.0
+"""Between two signs of life [s]."""
+
+SILENCE = 60.0
+"""Without a sign of life for so long, a run without locks counts as killed [s].
+
+Six beats. One comes late while compiled code holds the interpreter, at most for a pair
+loop: 1.5 s for a million particles on rank 0. Those who only look compare the clocks of
+two machines, which may differ by some seconds; a run that starts watches for a beat by
+its own clock alone.
+"""
+
+LOOK = 0.5
+"""Between two looks for a sign of life [s]."""
+
+SETTLE = 1.0
+"""How long to wait for one who looked at the same moment to write its name too [s]."""
+
+
+class InUseError(MpisphError):
+    """Another run is at work in the folder; nothing there is ours to write."""
+
 
 class FolderLock:
     """Context in which a folder belongs to the ranks of a communicator.
@@ -35,19 +65,31 @@ class FolderLock:
         Entering is collective over it.
     folder : Path
         It must exist.
+    say : callable, optional
+        Takes a line for people, on rank 0, where entering takes long.
 
     Raises
     ------
-    MpisphError
+    InUseError
         On all ranks, on entering a folder in which another run is at work.
     OSError
         On all ranks, if the lock file cannot be written.
     """
 
-    def __init__(self, comm: MPI.Intracomm, folder: Path) -> None:
+    def __init__(
+        self,
+        comm: MPI.Intracomm,
+        folder: Path,
+        say: Callable[[str], object] = lambda _: None,
+    ) -> None:
         self._comm = comm
         self._folder = folder
+        self._path = folder / LOCK_FILE
+        self._say = say
+        self._name = f"process {os.getpid()} on {os.uname().nodename}\n".encode()
         self._file: int | None = None
+        self._over = threading.Event()
+        self._heart: threading.Thread | None = None
 
     def __enter__(self) -> Self:
         """Take the folder, and wait a moment for the last run in it to end."""
@@ -69,46 +111,105 @@ class FolderLock:
         self._release()
 
     def _take(self) -> None:
-        """Make sure that nobody is here; call it on rank 0."""
-        self._file = os.open(self._folder / LOCK_FILE, os.O_RDWR | os.O_CREAT, 0o666)
-        if _locked(self._file, fcntl.LOCK_EX, PATIENCE) is False:
-            who = os.pread(self._file, 200, 0).decode("utf-8", "replace").strip()
-            raise MpisphError(f"{self._folder}: another run is at work here, {who}")
-        os.ftruncate(self._file, 0)
-        name = os.uname().nodename
-        os.pwrite(self._file, f"process {os.getpid()} on {name}\n".encode(), 0)
-        self._share()
+        """Make sure that nobody is here, and say who is now; call it on rank 0."""
+        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666)
+        free = _locked(self._file, fcntl.LOCK_EX, PATIENCE)
+        if free is False or (free is None and not self._is_silent()):
+            who = self._path.read_text(errors="replace").strip() or "about to end"
+            raise InUseError(f"{self._folder}: another run is at work here, {who}")
+        os.pwrite(self._file, self._name, 0)
+        os.ftruncate(self._file, len(self._name))
+        if free is None:
+            os.fsync(self._file)
+            time.sleep(SETTLE)
+            if self._path.read_bytes() != self._name:
+                raise InUseError(f"{self._folder}: another run has begun here")
+        self._share(self._file)
+        self._heart = threading.Thread(
+            target=self._beat, args=(self._file,), daemon=True
+        )
+        self._heart.start()
+
+    def _is_silent(self) -> bool:
+        """Wait for a sign of life of the last run here; say whether there was none."""
+        first = self._last_sign()
+        if first[0]:
+            self._say(
+                f"{self._folder}: a run here has not ended; without locks on this file "
+                f"system, it takes {SILENCE:g} s to see whether it lives"
+            )
+        end = time.monotonic() + SILENCE
+        while first[0] and time.monotonic() < end:
+            time.sleep(min(LOOK, SILENCE / 4))
+            now = self._last_sign()
+            if now != first:
+                return not now[0]  # empty: it has ended
+        return True
+
+    def _last_sign(self) -> tuple[bytes, int]:
+        """Return who is here and when it last touched the file [ns]."""
+        # Opened anew: only then a file system of the network looks at its server.
+        return self._path.read_bytes(), self._path.stat().st_mtime_ns
+
+    def _beat(self, file: int) -> None:
+        """Touch the file as long as this process holds it."""
+        while not self._over.wait(BEAT):
+            with suppress(OSError):
+                os.utime(file)
 
     def _join(self) -> None:
         """Share the lock, which now keeps others out until the last rank has ended."""
         if self._file is None:
-            self._file = os.open(self._folder / LOCK_FILE, os.O_RDWR)
-            self._share()
+            self._file = os.open(self._path, os.O_RDWR)
+            self._share(self._file)
 
-    def _share(self) -> None:
+    def _share(self, file: int) -> None:
         """Hold the lock together with the other ranks."""
-        if self._file is None or _locked(self._file, fcntl.LOCK_SH, GLANCE) is False:
-            raise MpisphError(f"{self._folder}: another run has begun here")
+        if _locked(file, fcntl.LOCK_SH, GLANCE) is False:
+            raise InUseError(f"{self._folder}: another run has begun here")
 
     def _release(self) -> None:
+        if self._heart is not None:
+            self._over.set()
+            self._heart.join()
+            self._heart = None
+            if self._file is not None:
+                with suppress(OSError):
+                    os.ftruncate(self._file, 0)
         if self._file is not None:
             os.close(self._file)
             self._file = None
 
 
-def in_use(folder: Path) -> bool | None:
-    """Say whether a run is at work in a folder; None where that cannot be known."""
+def in_use(folder: Path) -> bool:
+    """Say whether a run is at work in a folder."""
+    path = folder / LOCK_FILE
     try:
-        file = os.open(folder / LOCK_FILE, os.O_RDONLY)
-    except FileNotFoundError:
-        return False
+        file = _opened(path)
+        try:
+            free = _locked(file, fcntl.LOCK_EX, GLANCE)
+        finally:
+            os.close(file)
+    except OSError:  # none there, or not ours to read
+        free = None
+    return _is_touched(path) if free is None else not free
+
+
+def _opened(path: Path) -> int:
+    """Open a file to lock it; NFS locks for one alone only what may be written."""
+    try:
+        return os.open(path, os.O_RDWR)
     except OSError:
-        return None
+        return os.open(path, os.O_RDONLY)
+
+
+def _is_touched(path: Path) -> bool:
+    """Say whether a lock file was touched lately by somebody who has not ended."""
     try:
-        free = _locked(file, fcntl.LOCK_EX, GLANCE)
-        return None if free is None else not free
-    finally:
-        os.close(file)
+        state = path.stat()
+    except OSError:
+        return False
+    return state.st_size > 0 and abs(time.time() - state.st_mtime) < SILENCE
 
 
 def _locked(file: int, kind: int, patience: float) -> bool | None:

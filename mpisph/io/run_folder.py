@@ -3,19 +3,18 @@
 from pathlib import Path
 
 from mpisph.case import Case, load_case
-from mpisph.core.errors import (
-    MpisphError,
-)
-from mpisph.io.checkpoint import (
-    CHECKPOINTS_FOLDER,
-    remove_checkpoints,
-)
+from mpisph.case.identity import differences
+from mpisph.core.errors import CaseError, MpisphError, Problem
+from mpisph.io.checkpoint import CHECKPOINTS_FOLDER, remove_checkpoints
 from mpisph.io.history import HISTORY_FILE
 from mpisph.io.result import RESULT_FILE
 from mpisph.io.snapshot import SERIES_FILE, SNAPSHOTS_FOLDER
-from mpisph.io.status import STATUS_FILE
+from mpisph.io.status import FINAL, STATUS_FILE, Status, read_status
 
 CASE_FILE = "case.toml"
+
+SHOWN_DIFFERENCES = 5
+"""How many differences between two cases are named."""
 
 
 def case_in(folder: Path) -> Case:
@@ -31,8 +30,43 @@ def case_in(folder: Path) -> Case:
     return load_case(folder / CASE_FILE)
 
 
-def clear_away(folder: Path) -> None:
-    """Remove the files of an earlier run; first what it could be gone on with from."""
+def status_of_case(case: Case, folder: Path) -> Status | None:
+    """Return the status of the run in a folder; None where there is none.
+
+    Raises
+    ------
+    CaseError
+        If it is a run of another case.
+    MpisphError
+        If the folder holds files of a run but no status.
+    """
+    status = read_status(folder)
+    if status is None:
+        found = [n for n in (CASE_FILE, RESULT_FILE) if (folder / n).exists()]
+        if found:
+            raise MpisphError(
+                f"{folder}: holds {found[0]} of a run, but no {STATUS_FILE}; name "
+                "another folder, or --force to start over and lose what is there"
+            )
+        return None
+    if status.state not in FINAL and not (folder / CASE_FILE).exists():
+        return None  # killed before it had written anything else
+    differing = differences(case_in(folder), case)
+    if differing:
+        shown = ", ".join(differing[:SHOWN_DIFFERENCES])
+        more = len(differing) - SHOWN_DIFFERENCES
+        text = f"{shown} and {more} more" if more > 0 else shown
+        problem = Problem(
+            f"the folder holds a run of another case ({text}); name another folder, or "
+            "--force to start over and lose what is there",
+            file=str(folder),
+        )
+        raise CaseError([problem])
+    return status
+
+
+def remove_run(folder: Path) -> None:
+    """Remove the files of an earlier run; first those it could be resumed from."""
     (folder / CASE_FILE).unlink(missing_ok=True)
     remove_checkpoints(folder)
     stale = [

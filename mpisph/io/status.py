@@ -22,10 +22,7 @@ FINAL: tuple[State, ...] = ("completed", "unstable")
 
 
 class Status(BaseModel):
-    """How a run stands.
-
-    A run that says ``running`` while nobody is at work in its folder was killed.
-    """
+    """How a run stands by its own word; see `standing` for who may have been killed."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -156,7 +153,7 @@ def read_status(folder: Path) -> Status | None:
         return None
     except ValueError as error:
         raise MpisphError(
-            f"{path}: not the status of a run; `mpisph run --force` starts anew"
+            f"{path}: not the status of a run; `mpisph run --force` starts over"
         ) from error
 
 

@@ -10,7 +10,6 @@ from mpisph.case import Case
 from mpisph.core.errors import MpisphError
 from mpisph.diagnostics.cloud import cloud_definition, measure_arrays
 from mpisph.io.history import HISTORY_FILE, read_history
-from mpisph.io.lock import in_use
 from mpisph.io.result import (
     RESULT_FILE,
     CloudRecord,
@@ -22,7 +21,8 @@ from mpisph.io.result import (
 from mpisph.io.run_folder import CASE_FILE, case_in
 from mpisph.io.run_log import LOG_FILE
 from mpisph.io.snapshot import read_series, read_snapshot
-from mpisph.io.status import STATUS_FILE, Status, read_status
+from mpisph.io.standing import standing
+from mpisph.io.status import STATUS_FILE, Status
 
 
 class StoredRun(NamedTuple):
@@ -38,7 +38,7 @@ class StoredRun(NamedTuple):
         The file ``case.toml``.
     status : Status
     state : str
-        That of the status, or ``killed``.
+        See `standing`.
     particles : int or None
         Number of particles, where that is known.
     result : Result or None
@@ -93,7 +93,7 @@ def read_run(folder: Path, name: str = "") -> StoredRun:
     OSError
         If a file cannot be read.
     """
-    status = read_status(folder)
+    state, _, status = standing(folder)
     if status is None:
         raise MpisphError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
     case = case_in(folder)
@@ -107,7 +107,7 @@ def read_run(folder: Path, name: str = "") -> StoredRun:
         case=case,
         case_text=(folder / CASE_FILE).read_text(encoding="utf-8"),
         status=status,
-        state=_state(folder, status),
+        state=state,
         particles=particles,
         result=result,
         history=_history(folder),
@@ -117,12 +117,6 @@ def read_run(folder: Path, name: str = "") -> StoredRun:
         provenance=provenance,
         warnings=_warnings(folder),
     )
-
-
-def _state(folder: Path, status: Status) -> str:
-    """Return the state, and ``killed`` where nobody is at work on a running run."""
-    killed = status.state == "running" and in_use(folder) is False
-    return "killed" if killed else status.state
 
 
 def _result(folder: Path) -> Result | None:

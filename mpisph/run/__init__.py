@@ -1,1 +1,1 @@
-"""A whole run: begun, continued, stopped; what it writes and when."""
+"""A whole run: started, resumed, stopped; what it writes and when."""

@@ -7,17 +7,23 @@ from mpisph.core.errors import CollectiveError
 from mpisph.io.checkpoint import PARTICLE_BYTES
 from mpisph.io.status import StatusFile
 from mpisph.run.output import RunOutput
-from mpisph.run.signals import STOP_FILE, SignalHandler, StopRequest, is_stop, reason
+from mpisph.run.signals import (
+    STOP_FILE,
+    SignalHandler,
+    StopRequest,
+    is_stop,
+    reason,
+)
 from mpisph.solver.state import Simulation
 
 POLL = 0.25
 """How often to look for the stop file [s]; on a cluster that asks a server."""
 
 REFRESH = 10.0
-"""How often to bring the status up to date [s]."""
+"""How often to write step and time into the status [s]."""
 
 MARGIN = 2.0
-"""The wall-time limit is met with this many times the longest step and checkpoint."""
+"""A run stops when less than this many longest steps and checkpoints is left."""
 
 SLOW_DISK = 1e8
 """Speed assumed for the first checkpoint [bytes/s]."""
@@ -26,10 +32,11 @@ LATENCY = 0.5
 """Time assumed for the first checkpoint besides [s]."""
 
 FULL = {errno.ENOSPC, errno.EDQUOT}
+"""Errors of a disk without room."""
 
 
 class StopRequested(Exception):  # noqa: N818  it is no error
-    """A run that has stopped between two steps, to be gone on with; says why."""
+    """Raised between two steps of a run that is to be resumed later; says why."""
 
 
 class CheckpointPolicy:
@@ -66,8 +73,8 @@ class CheckpointPolicy:
         self._longest_checkpoint = LATENCY + size / SLOW_DISK
         self._measured = False
 
-    def stop_request(self, sim: Simulation) -> int:
-        """Return what this rank asks for before the coming step.
+    def request(self, sim: Simulation) -> int:
+        """Return what this rank asks for before the coming step, a `StopRequest`.
 
         Any rank may have had a signal; rank 0 alone looks at clock and folder.
         """
@@ -89,11 +96,8 @@ class CheckpointPolicy:
         margin = MARGIN * (self._longest_step + self._longest_checkpoint)
         if self._signals.time_left() < margin:
             return StopRequest.WALL_TIME
-        return (
-            StopRequest.CHECKPOINT
-            if self._is_due(now, sim.time)
-            else StopRequest.NOTHING
-        )
+        due = self._is_due(now, sim.time)
+        return StopRequest.CHECKPOINT if due else StopRequest.NOTHING
 
     def _is_due(self, now: float, time: float) -> bool:
         if now - self._saved_at >= self._settings.wall_interval:
@@ -101,34 +105,34 @@ class CheckpointPolicy:
         interval = self._settings.interval
         return interval is not None and time // interval > self._saved_time // interval
 
-    def heed(self, sim: Simulation, stop_request: int) -> None:
-        """Write a checkpoint where the ranks stop_request for one; collective.
+    def carry_out(self, sim: Simulation, request: int) -> None:
+        """Write a checkpoint, or write one and stop, where that is asked; collective.
 
         Parameters
         ----------
         sim : Simulation
-        stop_request : int
-            The largest stop_request of all ranks.
+        request : int
+            The largest request of all ranks.
 
         Raises
         ------
         StopRequested
             On all ranks, where the run is to stop.
         OSError
-            On all ranks, if the checkpoint cannot be written. For want of room a run
-            that need not stop goes on, and tries again after the interval.
+            On all ranks, if the checkpoint cannot be written. Where the disk is full, a
+            run that need not stop continues, and tries again after the interval.
         """
-        if stop_request == StopRequest.NOTHING:
+        if request == StopRequest.NOTHING:
             return
-        # Before the first step there is nothing to save: the run is as it was found.
+        # Before the first step there is nothing to save: the folder holds it all.
         if sim.step > self._first:
-            self._save(sim, must=is_stop(stop_request))
-        if is_stop(stop_request):
+            self._save(sim, must=is_stop(request))
+        if is_stop(request):
             before = ", before any step" if sim.step == self._first else ""
-            raise StopRequested(f"{reason(stop_request)}{before}")
+            raise StopRequested(f"{reason(request)}{before}")
 
     def _save(self, sim: Simulation, must: bool) -> None:
-        """Write a checkpoint; go on without it where the disk is full and it may be."""
+        """Write a checkpoint; without `must`, a full disk is only warned of."""
         self._seen_at = None  # the coming step is not to count the checkpoint
         begin = time.monotonic()
         try:
@@ -138,12 +142,12 @@ class CheckpointPolicy:
                 raise
             self._output.warn(f"no checkpoint at step {sim.step}: {error}")
         else:
-            self._note_cost(time.monotonic() - begin)
+            self._update_cost(time.monotonic() - begin)
             if sim.comm.rank == 0:
                 self._status.refresh(sim.step, sim.time)
         self._saved_at, self._saved_time = time.monotonic(), sim.time
 
-    def _note_cost(self, cost: float) -> None:
+    def _update_cost(self, cost: float) -> None:
         """Take the measured cost of a checkpoint instead of the assumed one."""
         if not self._measured:
             self._measured, self._longest_checkpoint = True, cost

@@ -16,16 +16,14 @@ URGENT = 0.1
 is set in motion fastest."""
 
 
-def step_to_end(
-    sim: Simulation, output: RunOutput, checkpointing: CheckpointPolicy
-) -> None:
+def step_to_end(sim: Simulation, output: RunOutput, policy: CheckpointPolicy) -> None:
     """Advance a simulation through all output times of its case that are to come.
 
     Parameters
     ----------
     sim : Simulation
     output : RunOutput
-    checkpointing : CheckpointPolicy
+    policy : CheckpointPolicy
 
     Raises
     ------
@@ -37,12 +35,12 @@ def step_to_end(
     rule = step_rule(sim.case)
     targets = [0.0, *sim.case.output_times][output.snapshots :]
     while True:
-        found = reduce_state(sim, stop_request=checkpointing.stop_request(sim))
-        checkpointing.heed(sim, found.stop_request)
-        output.note(sim, found)
+        found = reduce_state(sim, stop_request=policy.request(sim))
+        policy.carry_out(sim, found.stop_request)
+        output.add_step(sim, found)
         check_stable(sim, found, output.errors.energy)
         if sim.time >= targets[0]:
-            output.save(sim)
+            output.save_snapshot(sim)
             del targets[0]
             if not targets:
                 return
@@ -57,7 +55,7 @@ def step_to_end(
 
 
 def make_step(sim: Simulation, found: Reduction, dt: float) -> None:
-    """Advance by a step, and now and then share the particles out anew.
+    """Advance by a step; every few steps, divide the particles among the ranks again.
 
     Parameters
     ----------
@@ -105,7 +103,7 @@ def _check_step(sim: Simulation, found: Reduction, dt: float) -> None:
 
 
 def describe_particle(sim: Simulation, who: int) -> str:
-    """Return where a particle is and in what state, for people; collective."""
+    """Return in words where a particle is and in what state; collective."""
     p = sim.particles
     mine = None
     for i in (p.id == who).nonzero()[0]:

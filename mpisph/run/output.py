@@ -1,4 +1,4 @@
-"""What a run yields: snapshots, history, and all that its result needs."""
+"""What a run writes as it steps: snapshots, history, checkpoints, its result."""
 
 import time
 from pathlib import Path
@@ -30,7 +30,7 @@ from mpisph.solver.state import Simulation
 
 
 class RunOutput:
-    """Writes what a run yields, and remembers what its result needs.
+    """Writes what a run computes, and remembers what its result needs.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class RunOutput:
     provenance : dict of str to str
         Versions and revision, written into every snapshot.
     state : RunState, optional
-        That of the checkpoint from which the run goes on.
+        That of the checkpoint from which the run continues.
     """
 
     def __init__(
@@ -78,8 +78,8 @@ class RunOutput:
         """Wall time since the first step, time between runs left out [s]."""
         return time.perf_counter() - self.begin
 
-    def note(self, sim: Simulation, found: Reduction) -> None:
-        """Take note of a step: conservation, history, progress."""
+    def add_step(self, sim: Simulation, found: Reduction) -> None:
+        """Add a step to the conservation errors, the history and the progress."""
         if sim.step == 1:
             self.first_step = time.time()
         if self.initial is None:
@@ -108,7 +108,7 @@ class RunOutput:
             "wall": self.wall,
         }
 
-    def save(self, sim: Simulation) -> None:
+    def save_snapshot(self, sim: Simulation) -> None:
         """Write a snapshot and measure the cloud."""
         with sim.timers.measure("output"):
             path = write_snapshot(
@@ -131,7 +131,7 @@ class RunOutput:
         )
 
     def save_checkpoint(self, sim: Simulation) -> None:
-        """Write a checkpoint of the state before this step is taken note of."""
+        """Write a checkpoint of the state before this step is added."""
         with sim.timers.measure("output") as watch:
             state = self._state(sim).model_dump_json()
             path = write_checkpoint(
@@ -141,7 +141,7 @@ class RunOutput:
         self.log.say(f"{path.name}: {size:.2f} MB in {watch.spent:.3f} s")
 
     def warn(self, text: str) -> None:
-        """Tell people of something that does not keep the run from going on."""
+        """Say what is wrong, on the console and in the log; the run continues."""
         self.progress.tell(f"warning: {text}")
 
     def _state(self, sim: Simulation) -> RunState:

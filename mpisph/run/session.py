@@ -1,44 +1,34 @@
-"""A whole run: steps, triggers, files and the result; begun anew or resumed.
+"""A whole run in its folder: started, resumed from a checkpoint, and how it ended.
 
-The word that counts is ``status.json``. A run begins where its folder holds none, goes
-on from the last sound checkpoint where it was stopped, failed or was killed, and is not
+What counts is ``status.json``. A run starts where its folder holds none, continues from
+the last sound checkpoint where it was stopped, failed or was killed, and is not
 repeated once it has ended.
 """
 
 import time
-import tomllib
 from contextlib import ExitStack, suppress
-from functools import partial
 from pathlib import Path
 
 from mpi4py import MPI
 from rich.console import Console
 
-from mpisph.case import Case, case_from_dict
-from mpisph.case.identity import differences
+from mpisph.case import Case
 from mpisph.core.console import open_console
-from mpisph.core.errors import (
-    CaseError,
-    CollectiveError,
-    MpisphError,
-    Problem,
-    UnstableError,
-)
+from mpisph.core.errors import CollectiveError, MpisphError, UnstableError
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
-from mpisph.io.checkpoint import (
-    Checkpoint,
-    DamagedError,
-    find_checkpoints,
-    read_checkpoint,
-    remove_checkpoints,
-    set_aside,
-)
+from mpisph.io.checkpoint import find_checkpoints, remove_checkpoints
 from mpisph.io.files import write_text
 from mpisph.io.history import History, kept_history
 from mpisph.io.lock import FolderLock
 from mpisph.io.provenance import git_revision, versions
 from mpisph.io.result import RESULT_FILE, Ending, Result, read_result, write_result
-from mpisph.io.run_folder import CASE_FILE, case_in, clear_away, remove_parts
+from mpisph.io.run_folder import (
+    CASE_FILE,
+    case_in,
+    remove_parts,
+    remove_run,
+    status_of_case,
+)
 from mpisph.io.run_log import RunLog
 from mpisph.io.status import FINAL, STATUS_FILE, Status, StatusFile, read_status
 from mpisph.parallel.collectives import from_root, on_root
@@ -47,14 +37,11 @@ from mpisph.run.loop import step_to_end
 from mpisph.run.output import RunOutput
 from mpisph.run.progress import Progress
 from mpisph.run.signals import SignalHandler
-from mpisph.run.state import RunState, restored
+from mpisph.run.state import RunState, load_last_state
 from mpisph.solver.estimate import check_memory
 from mpisph.solver.start import start
 from mpisph.solver.state import Simulation
 from mpisph.solver.warmup import warm_up
-
-SHOWN_DIFFERENCES = 5
-"""How many differences between two cases are named."""
 
 
 def run(
@@ -66,7 +53,7 @@ def run(
     force: bool = False,
     signals: SignalHandler | None = None,
 ) -> Result:
-    """Run a case and write its files into `folder`, or go on with it there.
+    """Run a case and write its files into a folder, or continue the run there.
 
     Parameters
     ----------
@@ -74,14 +61,15 @@ def run(
     comm : MPI.Intracomm
         The run is collective over it; any number of ranks gives the same bits.
     folder : Path
-        Made where missing. Where the run in it was stopped or killed, it goes on; where
-        it has ended, nothing is done.
+        Made where missing. A run in it that was stopped or killed is continued; one
+        that has ended is left as it is.
     console : rich.console.Console, optional
         For progress; by default the standard error.
     force : bool, optional
-        Whether to start anew, and remove the files of the run in the folder.
+        Whether to start over, and remove the files of the run in the folder.
     signals : SignalHandler, optional
-        Signals and limits to heed; by default only the file ``stop`` in the folder.
+        Signals and limits that stop the run; by default only the file ``stop`` in the
+        folder does.
 
     Returns
     -------
@@ -94,20 +82,23 @@ def run(
     CaseError
         On all ranks, if the folder holds a run of another case, or if the particles
         would not fit into the nodes' memory.
+    InUseError
+        On all ranks, if another run is at work in the folder.
     MpisphError
-        On all ranks, if another run is at work in the folder, or if it holds files of a
-        run but no status.
+        On all ranks, if the folder holds files of a run but no status.
     OSError
         On all ranks, if a file cannot be written; on rank 0 alone, if it is the history
         or the log: started with ``python -m mpi4py``, a program then ends on all ranks.
     """
     on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
     session = _Session(comm, folder, console, signals)
-    with FolderLock(comm, folder):
+    with FolderLock(comm, folder, session.say):
         if force:
-            return session.begin(case)
-        status = from_root(comm, lambda: _status_of(case, folder))
-        return session.begin(case) if status is None else session.go_on(case, status)
+            return session.start_run(case)
+        before = from_root(comm, lambda: status_of_case(case, folder))
+        if before is None:
+            return session.start_run(case)
+        return session.resume_run(case, before)
 
 
 def resume(
@@ -117,7 +108,7 @@ def resume(
     *,
     signals: SignalHandler | None = None,
 ) -> Result:
-    """Go on with the run in a folder, on any number of ranks.
+    """Continue the run in a folder, on any number of ranks.
 
     Parameters
     ----------
@@ -136,38 +127,11 @@ def resume(
     """
     session = _Session(comm, folder, console, signals)
     case = from_root(comm, lambda: case_in(folder))
-    with FolderLock(comm, folder):
-        status = from_root(comm, lambda: read_status(folder))
-        if status is None:
+    with FolderLock(comm, folder, session.say):
+        before = from_root(comm, lambda: read_status(folder))
+        if before is None:
             raise MpisphError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
-        return session.go_on(case, status)
-
-
-def _status_of(case: Case, folder: Path) -> Status | None:
-    """Return how the run in a folder stands; it must be one of this case."""
-    status = read_status(folder)
-    if status is None:
-        found = [n for n in (CASE_FILE, RESULT_FILE) if (folder / n).exists()]
-        if found:
-            raise MpisphError(
-                f"{folder}: holds {found[0]} of a run, but no {STATUS_FILE}; name "
-                "another folder, or --force to start anew and lose what is there"
-            )
-        return None
-    if status.state not in FINAL and not (folder / CASE_FILE).exists():
-        return None  # killed before it had begun
-    differing = differences(case_in(folder), case)
-    if differing:
-        shown = ", ".join(differing[:SHOWN_DIFFERENCES])
-        more = len(differing) - SHOWN_DIFFERENCES
-        text = f"{shown} and {more} more" if more > 0 else shown
-        problem = Problem(
-            f"the folder holds a run of another case ({text}); name another folder, or "
-            "--force to start anew and lose what is there",
-            file=str(folder),
-        )
-        raise CaseError([problem])
-    return status
+        return session.resume_run(case, before)
 
 
 class _Session:
@@ -190,21 +154,21 @@ class _Session:
         if self.comm.rank == 0:
             self.console.print(text, highlight=False, markup=False, soft_wrap=True)
 
-    def begin(self, case: Case) -> Result:
-        """Start a run anew."""
+    def start_run(self, case: Case) -> Result:
+        """Make a run from its beginning."""
         check_memory(case, self.comm)
         status = StatusFile(self.comm, self.folder, case.end_time, starts=1)
         # First of all: what is there then no longer counts as a run that has ended.
         status.write("running", 0, 0.0)
-        on_root(self.comm, lambda: clear_away(self.folder))
-        return self._work(case, status, resuming=False)
+        on_root(self.comm, lambda: remove_run(self.folder))
+        return self._run_recorded(case, status, resuming=False)
 
-    def go_on(self, case: Case, before: Status) -> Result:
-        """Go on with a run, unless it has ended."""
+    def resume_run(self, case: Case, before: Status) -> Result:
+        """Continue a run, unless it has ended."""
         if before.state in FINAL:
             self.say(
                 f"{self.folder} holds a run that is {before.state}: nothing to do; "
-                "`mpisph run --force` starts anew"
+                "`mpisph run --force` starts over"
             )
             if before.state == "completed":
                 on_root(self.comm, lambda: remove_checkpoints(self.folder))
@@ -213,10 +177,10 @@ class _Session:
         on_root(self.comm, lambda: remove_parts(self.folder))
         starts = before.starts + 1
         status = StatusFile(self.comm, self.folder, case.end_time, starts)
-        return self._work(case, status, resuming=True)
+        return self._run_recorded(case, status, resuming=True)
 
-    def _work(self, case: Case, status: StatusFile, resuming: bool) -> Result:
-        """Run a case from its start or from a checkpoint, and see to its end."""
+    def _run_recorded(self, case: Case, status: StatusFile, resuming: bool) -> Result:
+        """Run the case, and record a failure in the folder."""
         with self.signals.working_in(self.folder, status.fail):
             try:
                 path, text = self.folder / CASE_FILE, case.to_toml()
@@ -225,67 +189,35 @@ class _Session:
             except (MpisphError, CollectiveError) as error:
                 # What one rank alone meets is for `SignalHandler.end_all_ranks`.
                 if self.comm.rank == 0:
-                    self._take_down(error, status)
+                    self._record_failure(error, status)
                 raise
 
-    def _take_down(self, error: Exception, status: StatusFile) -> None:
+    def _record_failure(self, error: Exception, status: StatusFile) -> None:
         """Write why the run has failed, as far as that is possible; on rank 0."""
         status.fail(str(error))
         with suppress(OSError), RunLog(self.folder, self.comm) as log:
             log.say(f"failed: {error}")
         if find_checkpoints(self.folder):
-            error.add_note(f"`mpisph resume {self.folder}` goes on from a checkpoint")
+            error.add_note(f"`mpisph resume {self.folder}` continues from a checkpoint")
 
     def _run(self, case: Case, status: StatusFile, resuming: bool) -> Result:
+        """Make the steps of a run from its beginning or from its last checkpoint."""
         with ExitStack() as stack:
             log = stack.enter_context(RunLog(self.folder, self.comm))
             log.say(f"{case.title}\n{self.comm.size} ranks, code cache {CACHE_FOLDER}")
             self._compile(log)
-            state = None
+            loaded = None
             if resuming:
-                sim, state = self._restored(case)
-            else:
-                sim = start(case, self.comm)
+                loaded = load_last_state(case, self.comm, self.folder, self.say)
+            sim, state = loaded or (start(case, self.comm), None)
             log.say(f"{sim.n_total} particles, step {sim.step}")
             status.write("running", sim.step, sim.time)
-            size = state.history_bytes if state else 0
-            kept = from_root(self.comm, lambda: kept_history(self.folder, size))
-            history = stack.enter_context(History(self.folder, self.comm, kept))
-            progress = stack.enter_context(
-                Progress(self.comm, case.end_time, self.console, log=log)
-            )
-            provenance = from_root(self.comm, _provenance)
-            output = RunOutput(
-                sim, self.folder, history, progress, log, provenance, state
-            )
-            if state is not None:
-                _warn_of_changes(output, state, kept)
-            checkpointing = CheckpointPolicy(sim, output, status, self.signals)
-            result = self._step_to_end(sim, output, checkpointing, status)
+            output = self._open_output(stack, sim, log, state)
+            policy = CheckpointPolicy(sim, output, status, self.signals)
+            result = self._step_to_end(sim, output, policy, status)
         if result.status != "stopped" and case.output.figures:
             self._draw()
         return result
-
-    def _restored(self, case: Case) -> tuple[Simulation, RunState | None]:
-        """Return the run as the last sound checkpoint holds it, or else at its start.
-
-        Raises
-        ------
-        OSError
-            On all ranks, if a checkpoint cannot be read: another time it may.
-        """
-        for path in from_root(self.comm, lambda: find_checkpoints(self.folder)):
-            try:
-                checkpoint = read_checkpoint(self.comm, path)
-            except DamagedError as error:
-                aside = from_root(self.comm, partial(set_aside, path))
-                self.say(f"{error}; kept as {aside.name}")
-                continue
-            state = _understood(path, checkpoint, case)
-            self.say(f"going on from {path.name}, t = {state.time * 1e6:.4f} us")
-            return restored(case, self.comm, checkpoint, state), state
-        self.say(f"{self.folder}: no sound checkpoint; starting from the beginning")
-        return start(case, self.comm), None
 
     def _compile(self, log: RunLog) -> None:
         begin = time.perf_counter()
@@ -294,22 +226,43 @@ class _Session:
         warm_up(self.comm)
         log.say(f"compiled code at hand after {time.perf_counter() - begin:.2f} s")
 
+    def _open_output(
+        self, stack: ExitStack, sim: Simulation, log: RunLog, state: RunState | None
+    ) -> RunOutput:
+        """Open what the run writes, as of its state; warn of what has changed since."""
+        size = state.history_bytes if state else 0
+        kept = from_root(self.comm, lambda: kept_history(self.folder, size))
+        history = stack.enter_context(History(self.folder, self.comm, kept))
+        progress = stack.enter_context(
+            Progress(self.comm, sim.case.end_time, self.console, log=log)
+        )
+        provenance = from_root(self.comm, _provenance)
+        output = RunOutput(sim, self.folder, history, progress, log, provenance, state)
+        if state is not None and state.provenance != provenance:
+            output.warn(
+                "the checkpoint was written by other software (see `provenance` in it):"
+                " the bits may differ from those of one run"
+            )
+        if kept != size:
+            output.warn("history.csv is not as it was written: it starts over")
+        return output
+
     def _step_to_end(
         self,
         sim: Simulation,
         output: RunOutput,
-        checkpointing: CheckpointPolicy,
+        policy: CheckpointPolicy,
         status: StatusFile,
     ) -> Result:
         """Make all steps, write how they ended, and return it."""
         ending: Ending = "completed"
         failure = None
         try:
-            step_to_end(sim, output, checkpointing)
+            step_to_end(sim, output, policy)
         except UnstableError as error:
             ending, failure = "unstable", error
             output.log.say(str(error))
-            output.save(sim)
+            output.save_snapshot(sim)
         except StopRequested as request:
             text = str(request)
             status.write("stopped", sim.step, sim.time, text)
@@ -333,41 +286,6 @@ class _Session:
             on_root(self.comm, lambda: draw_run(self.folder))
         except (CollectiveError, MpisphError, RuntimeError) as error:
             self.say(f"warning: no figures: {error}; see `mpisph figures`")
-
-
-def _warn_of_changes(output: RunOutput, state: RunState, kept: int) -> None:
-    """Say what is no longer as it was when the checkpoint was written."""
-    if state.provenance != output.provenance:
-        output.warn(
-            "the checkpoint was written by other software (see `provenance` in it): "
-            "the bits may differ from those of one run"
-        )
-    if kept != state.history_bytes:
-        output.warn("history.csv is not as it was written: it begins anew")
-
-
-def _understood(path: Path, checkpoint: Checkpoint, case: Case) -> RunState:
-    """Return the state in a checkpoint, which must be one of this case.
-
-    Raises
-    ------
-    MpisphError
-        If it is of another version or of another case, or holds what cannot be.
-    """
-    try:
-        state = RunState.model_validate_json(checkpoint.state)
-        stored = case_from_dict(tomllib.loads(state.case))
-    except (ValueError, CaseError) as error:
-        raise MpisphError(
-            f"{path}: written by another version of mpisph; `mpisph run --force` "
-            "starts anew"
-        ) from error
-    if differences(stored, case):
-        raise MpisphError(
-            f"{path}: belongs to another case than {CASE_FILE} beside it; was that "
-            "changed?"
-        )
-    return state
 
 
 def _read_result(folder: Path) -> Result:

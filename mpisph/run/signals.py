@@ -1,8 +1,8 @@
-"""What ends a run before its time: signals, limits, and ranks that die.
+"""What ends a run early: signals, limits, errors of one rank, and ranks that die.
 
-A run that is told to stop does so between two steps, on all ranks at the same one. A
-rank that meets an error nobody foresaw, or that is killed, ends the others: they would
-wait for it for ever.
+A run that is asked to stop does so between two steps, on all ranks at the same one. A
+rank that meets an unforeseen error, or that is killed, ends the others: they would wait
+for it for ever.
 """
 
 import os
@@ -25,13 +25,13 @@ from mpisph.core.errors import os_error_text
 from mpisph.io.status import read_status
 
 STOP_FILE = "stop"
-"""Name of the file in a run's folder that keeps the run from going on."""
+"""Name of the file that stops the run, or study, in whose folder it lies."""
 
 
 class StopRequest(IntEnum):
-    """What a rank asks for before a step; the largest stop_request of all ranks counts.
+    """What a rank asks for before a step; the largest request of all ranks counts.
 
-    A signal's stop_request is `SIGNAL` and its number.
+    A signal asks for `SIGNAL` plus its number.
     """
 
     NOTHING = 0
@@ -45,30 +45,30 @@ SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
 """Signals that ask a run to stop."""
 
 TURN = 0.3
-"""How long a rank waits for each lower one to speak first [s]."""
+"""How long a rank waits for each lower one to report first [s]."""
 
 
-def is_stop(stop_request: int) -> bool:
-    """Say whether a stop_request is one to stop."""
-    return stop_request > StopRequest.CHECKPOINT
+def is_stop(request: int) -> bool:
+    """Say whether a request is one to stop."""
+    return request > StopRequest.CHECKPOINT
 
 
-def reason(stop_request: int) -> str:
-    """Return why a run stops, for people."""
-    if stop_request == StopRequest.STOP_FILE:
+def reason(request: int) -> str:
+    """Return in words why a run stops."""
+    if request == StopRequest.STOP_FILE:
         return f"file {STOP_FILE}"
-    if stop_request == StopRequest.WALL_TIME:
+    if request == StopRequest.WALL_TIME:
         return "wall-time limit"
-    return f"signal {signal.Signals(stop_request - StopRequest.SIGNAL).name}"
+    return f"signal {signal.Signals(request - StopRequest.SIGNAL).name}"
 
 
 class SignalHandler:
-    """Watches what may end this process's run before its time.
+    """Catches the signals that stop this process's run, and what ends it on all ranks.
 
     Attributes
     ----------
     folder : Path or None
-        Folder of the run at work.
+        Folder of the present run.
     """
 
     def __init__(self) -> None:
@@ -88,16 +88,14 @@ class SignalHandler:
         return self._deadline - time.monotonic()
 
     def signal_request(self) -> int:
-        """Return the request to stop that a signal has brought, or that for nothing."""
-        return (
-            StopRequest.NOTHING
-            if self._signal is None
-            else StopRequest.SIGNAL + self._signal
-        )
+        """Return the request of the last signal, or that for nothing."""
+        if self._signal is None:
+            return StopRequest.NOTHING
+        return StopRequest.SIGNAL + self._signal
 
     @contextmanager
-    def heeding_signals(self, comm: MPI.Intracomm) -> Iterator[None]:
-        """Return a context in which signals ask the run to stop; for the main thread.
+    def catching_signals(self, comm: MPI.Intracomm) -> Iterator[None]:
+        """Return a context in which signals become requests; for the main thread.
 
         A launcher that has lost a rank sends the others SIGTERM. They may be waiting
         for the dead one inside MPI, where no handler of Python's runs: a thread of
@@ -108,7 +106,7 @@ class SignalHandler:
         comm : MPI.Intracomm
             Ranks to watch; entering is collective over it.
         """
-        before = {number: signal.signal(number, self._note) for number in SIGNALS}
+        before = {number: signal.signal(number, self._receive) for number in SIGNALS}
         reading, writing = os.pipe()
         os.set_blocking(writing, False)
         wakeup = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
@@ -129,15 +127,15 @@ class SignalHandler:
 
     @contextmanager
     def working_in(self, folder: Path, fail: Callable[[str], None]) -> Iterator[None]:
-        """Return a context in which a run is at work in a folder.
+        """Return a context for a run in a folder.
 
-        An error that leaves it may yet be taken down there, by `end_all_ranks`.
+        After an error has left it, `end_all_ranks` still writes there.
 
         Parameters
         ----------
         folder : Path
         fail : callable
-            Takes down in the folder why the run has failed; any rank may call it.
+            Writes into the folder why the run has failed; any rank may call it.
         """
         self.folder, self._fail = folder, fail
         yield
@@ -146,19 +144,20 @@ class SignalHandler:
     def end_all_ranks(
         self, kind: type[BaseException], error: BaseException, trace: object
     ) -> NoReturn:
-        """Say what this rank met and end every rank; an excepthook."""
+        """Report the error of this rank and end every rank; an excepthook."""
         rank = MPI.COMM_WORLD.rank
-        time.sleep(TURN * min(rank, 8))  # the same may have met all: the first speaks
+        # All may have met the same: the first reports it.
+        time.sleep(TURN * min(rank, 8))
         if not self._has_failed():
-            text = f"rank {rank} of {MPI.COMM_WORLD.size}: {self.described(error)}"
+            text = f"rank {rank} of {MPI.COMM_WORLD.size}: {self.describe(error)}"
             self._fail(text)
             sys.stderr.write(f"mpisph: {text}\n")
             sys.stderr.flush()
         MPI.COMM_WORLD.Abort(1)
         os._exit(1)
 
-    def described(self, error: BaseException) -> str:
-        """Return an error for people; the trace of an unforeseen one goes to a file.
+    def describe(self, error: BaseException) -> str:
+        """Return an error in words; the trace of an unforeseen one goes to a file.
 
         Parameters
         ----------
@@ -174,12 +173,12 @@ class SignalHandler:
         trace = "".join(traceback.format_exception(error))
         for folder in (self.folder, None):
             with suppress(OSError):
-                path = _kept(trace, folder)
+                path = _write_trace(trace, folder)
                 return f"{text}\nThis is a fault of the program; details in {path}"
         return f"{text}\n{trace}"
 
-    def _note(self, number: int, _: FrameType | None) -> None:
-        """Take note of a signal."""
+    def _receive(self, number: int, _: FrameType | None) -> None:
+        """Remember a signal; a handler."""
         self._signal = number
         if number == signal.SIGINT:  # a second one ends the process at once
             signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -195,7 +194,7 @@ class SignalHandler:
                 self._end_after(dead[0], peers, first=rank == min(set(here) - {*dead}))
 
     def _end_after(self, dead: int, peers: list[tuple[str, int]], first: bool) -> None:
-        """End this process because another rank has died; one rank says so."""
+        """End this process because another rank has died; the first one reports it."""
         host, pid = peers[dead]
         text = f"rank {dead} of {len(peers)} has died (process {pid} on {host})"
         if first and not self._has_failed():
@@ -206,15 +205,15 @@ class SignalHandler:
         os._exit(1)
 
     def _has_failed(self) -> bool:
-        """Say whether another rank has taken down why the run fails."""
+        """Say whether another rank has already written why the run failed."""
         with suppress(Exception):
             status = None if self.folder is None else read_status(self.folder)
             return status is not None and status.state == "failed"
         return False
 
 
-def _kept(trace: str, folder: Path | None) -> str:
-    """Write a trace into a file of its own and return its name."""
+def _write_trace(trace: str, folder: Path | None) -> str:
+    """Write a trace into a new file and return the file's name."""
     prefix = f"mpisph-traceback-rank{MPI.COMM_WORLD.rank}-"
     descriptor, path = tempfile.mkstemp(".txt", prefix, folder)
     with open(descriptor, "w", encoding="utf-8") as file:

@@ -1,18 +1,29 @@
-"""The state of a run between two steps, without its particles."""
+"""The state of a run between two steps, and how a checkpoint brings it back."""
+
+import tomllib
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
 from pydantic import BaseModel, ConfigDict
 
-from mpisph.case import Case
-from mpisph.core.errors import MpisphError
+from mpisph.case import Case, case_from_dict
+from mpisph.case.identity import differences
+from mpisph.core.errors import CaseError, MpisphError
 from mpisph.core.particles import IntArray
 from mpisph.diagnostics.series import Scales
-from mpisph.io.checkpoint import Checkpoint
-from mpisph.io.result import (
-    CloudRecord,
+from mpisph.io.checkpoint import (
+    Checkpoint,
+    DamagedError,
+    find_checkpoints,
+    read_checkpoint,
+    set_aside,
 )
-from mpisph.parallel.collectives import raise_together
+from mpisph.io.result import CloudRecord
+from mpisph.io.run_folder import CASE_FILE
+from mpisph.parallel.collectives import from_root, raise_together
 from mpisph.solver.start import restore
 from mpisph.solver.state import Simulation
 
@@ -57,6 +68,70 @@ class RunState(BaseModel):
     """Directed interactions evaluated by all ranks."""
     timers: dict[str, float]
     """Time in each phase, on the rank that spent most in it [s]."""
+
+
+def load_last_state(
+    case: Case, comm: MPI.Intracomm, folder: Path, say: Callable[[str], object]
+) -> tuple[Simulation, RunState] | None:
+    """Return a run as its last sound checkpoint holds it; collective.
+
+    Parameters
+    ----------
+    case : Case
+    comm : MPI.Intracomm
+    folder : Path
+        Folder of the run. Damaged checkpoints in it are renamed.
+    say : callable
+        Takes lines for people: which checkpoint it is, and which are damaged.
+
+    Returns
+    -------
+    (Simulation, RunState) or None
+        None where there is no sound checkpoint.
+
+    Raises
+    ------
+    MpisphError
+        On all ranks, if a checkpoint is of another version or of another case.
+    OSError
+        On all ranks, if a checkpoint cannot be read: another time it may.
+    """
+    for path in from_root(comm, lambda: find_checkpoints(folder)):
+        try:
+            checkpoint = read_checkpoint(comm, path)
+        except DamagedError as error:
+            aside = from_root(comm, partial(set_aside, path))
+            say(f"{error}; kept as {aside.name}")
+            continue
+        state = _state_in(checkpoint, path, case)
+        say(f"continuing from {path.name}, t = {state.time * 1e6:.4f} us")
+        return restored(case, comm, checkpoint, state), state
+    say(f"{folder}: no sound checkpoint; starting from the beginning")
+    return None
+
+
+def _state_in(checkpoint: Checkpoint, path: Path, case: Case) -> RunState:
+    """Return the state in a checkpoint, which must be one of this case.
+
+    Raises
+    ------
+    MpisphError
+        If it is of another version or of another case, or holds what cannot be.
+    """
+    try:
+        state = RunState.model_validate_json(checkpoint.state)
+        stored = case_from_dict(tomllib.loads(state.case))
+    except (ValueError, CaseError) as error:
+        raise MpisphError(
+            f"{path}: written by another version of mpisph; `mpisph run --force` "
+            "starts over"
+        ) from error
+    if differences(stored, case):
+        raise MpisphError(
+            f"{path}: belongs to another case than {CASE_FILE} beside it; was that "
+            "changed?"
+        )
+    return state
 
 
 def restored(

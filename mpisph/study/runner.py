@@ -19,7 +19,7 @@ from rich.console import Console
 from mpisph.case import Case
 from mpisph.core.errors import CollectiveError, MpisphError
 from mpisph.io.files import write_text
-from mpisph.io.lock import in_use
+from mpisph.io.lock import FolderLock, InUseError, in_use
 from mpisph.io.status import FINAL, StatusFile
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.run.session import run
@@ -118,7 +118,7 @@ def run_study(
     part : Part, optional
         By default all cases in turn.
     signals : SignalHandler, optional
-        Signals and limits to heed.
+        Signals and limits that stop the study.
 
     Returns
     -------
@@ -242,22 +242,26 @@ def _run_one(todo: _Todo, group: MPI.Intracomm, signals: SignalHandler) -> int:
         return LEFT
     try:
         result = run(todo.case, group, todo.folder, _QUIET, signals=signals)
+    except InUseError:  # begun since: the folder is another's to write into
+        return LEFT
     except (MpisphError, CollectiveError) as error:
-        _take_down(f"{error}", todo, group)
+        _record_failure(f"{error}", todo, group)
         return FAILED
     except Exception as error:
         # Alone in its group, a rank leaves nobody waiting.
         if group.size > 1:
             raise
-        _take_down(signals.described(error), todo, group)
+        _record_failure(signals.describe(error), todo, group)
         return FAILED
     return {"completed": COMPLETED, "unstable": UNSTABLE}.get(result.status, LEFT)
 
 
-def _take_down(text: str, todo: _Todo, group: MPI.Intracomm) -> None:
+def _record_failure(text: str, todo: _Todo, group: MPI.Intracomm) -> None:
     """Write into the run's folder why it has failed, as far as that is possible."""
     if group.rank == 0:
-        with suppress(OSError):
+        with suppress(OSError, InUseError):
             todo.folder.mkdir(parents=True, exist_ok=True)
-            status = StatusFile(MPI.COMM_SELF, todo.folder, todo.case.end_time, 1)
-            status.fail(text)
+            # Locked again: the run's own lock has ended, and another may have begun.
+            with FolderLock(MPI.COMM_SELF, todo.folder):
+                end_time = todo.case.end_time
+                StatusFile(MPI.COMM_SELF, todo.folder, end_time, 1).fail(text)

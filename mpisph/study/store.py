@@ -8,8 +8,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from mpisph.io.lock import in_use
-from mpisph.io.status import FINAL, read_status
+from mpisph.io.standing import standing
 from mpisph.study.model import Study, StudyCase
 
 CASES_FOLDER = "cases"
@@ -60,15 +59,8 @@ def look_up(folder: Path) -> Place:
     MpisphError
         If its status cannot be understood.
     """
-    status = read_status(folder)
-    if status is None:
-        return Place("to do", "")
-    reason = status.reason or ""
-    if status.state in FINAL or not in_use(folder):
-        if status.state == "running":
-            return Place("stopped", "killed")
-        return Place(status.state, reason)
-    return Place("running", "")
+    state, reason, _ = standing(folder)
+    return Place("stopped", "killed") if state == "killed" else Place(state, reason)
 
 
 def look_up_all(root: Path, study: Study) -> list[Place]:

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -12,7 +13,7 @@ from oracles import agree
 
 import mpisph.io.lock
 from mpisph.core.errors import MpisphError
-from mpisph.io.lock import LOCK_FILE, FolderLock, in_use
+from mpisph.io.lock import LOCK_FILE, FolderLock, InUseError, in_use
 
 SELF = MPI.COMM_SELF
 
@@ -98,13 +99,91 @@ def test_an_error_in_the_block_ends_the_lock(tmp_path):
     assert not in_use(tmp_path)
 
 
-def test_a_file_system_without_locks_is_no_hindrance(tmp_path, monkeypatch):
+@pytest.fixture
+def no_locks(monkeypatch):
+    """A file system that has none, and short waits."""
+
     def none(*_):
         raise OSError(95, "Operation not supported")
 
     monkeypatch.setattr(mpisph.io.lock.fcntl, "flock", none)
+    for name, seconds in (("BEAT", 0.1), ("SILENCE", 0.8), ("SETTLE", 0.2)):
+        monkeypatch.setattr(mpisph.io.lock, name, seconds)
+
+
+def test_a_file_system_without_locks_is_no_hindrance(no_locks, tmp_path):
+    for _ in range(2):
+        said = []
+        with FolderLock(SELF, tmp_path, said.append):
+            assert in_use(tmp_path)
+        assert not in_use(tmp_path)
+        assert said == []  # the last run has ended: there is nothing to wait for
+
+
+def test_without_locks_a_live_run_keeps_others_out(no_locks, tmp_path):
+    lock = tmp_path / LOCK_FILE
     with FolderLock(SELF, tmp_path):
+        for age in (0.0, 1e6):  # whatever the clock of its machine says
+            then = lock.stat().st_mtime - age
+            os.utime(lock, (then, then))
+            with (
+                pytest.raises(InUseError, match=f"at work here, process {os.getpid()}"),
+                FolderLock(SELF, tmp_path),
+            ):
+                pass
+        assert in_use(tmp_path)
+
+
+def test_without_locks_a_killed_run_is_waited_for(no_locks, tmp_path):
+    (tmp_path / LOCK_FILE).write_text("process 1 on another\n")
+    said, begin = [], time.monotonic()
+    with FolderLock(SELF, tmp_path, said.append):
+        assert time.monotonic() - begin >= 0.8
+        assert "process 1 " not in (tmp_path / LOCK_FILE).read_text()
+    assert len(said) == 1
+
+
+def test_without_locks_one_of_two_that_start_at_once_is_refused(
+    no_locks, tmp_path, monkeypatch
+):
+    outcomes, looked = [], threading.Barrier(2)
+    silent = FolderLock._is_silent
+    monkeypatch.setattr(
+        FolderLock, "_is_silent", lambda lock: silent(lock) and looked.wait() >= 0
+    )
+
+    def start(name):
+        lock = FolderLock(SELF, tmp_path)
+        # Two processes, as far as the file can tell.
+        lock._name = f"process {name} on here\n".encode()
+        try:
+            lock._take()
+        except InUseError:
+            outcomes.append("refused")
+        else:
+            outcomes.append("taken")
+            time.sleep(0.5)
+        lock._release()
+
+    threads = [threading.Thread(target=start, args=(k,)) for k in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(outcomes) == ["refused", "taken"]
+
+
+def test_a_run_that_is_refused_writes_nothing(tmp_path, holder, monkeypatch):
+    monkeypatch.setattr(mpisph.io.lock, "PATIENCE", 0.1)
+    (tmp_path / LOCK_FILE).write_text("process 1 on another\n")
+    before = (tmp_path / LOCK_FILE).stat()
+    with (
+        pytest.raises(InUseError, match="process 1 on another"),
+        FolderLock(SELF, tmp_path),
+    ):
         pass
+    after = (tmp_path / LOCK_FILE).stat()
+    assert (after.st_size, after.st_mtime_ns) == (before.st_size, before.st_mtime_ns)
 
 
 @pytest.mark.mpi(min_size=2)

@@ -151,14 +151,14 @@ def test_stopped_and_resumed(stop, tmp_path, uninterrupted):
     assert now["state"] == "stopped"
     assert now["reason"] == ("file stop" if stop == "file" else f"signal {stop}")
     assert find_checkpoints(folder)[0].stem == f"checkpoint_{now['step']:09d}"
-    if stop == "file":  # it keeps the run from going on
+    if stop == "file":  # it keeps the run from continuing
         assert launch(2, MPISPH, "resume", folder).returncode == 75
         assert status(folder)["step"] == now["step"]
         (folder / "stop").unlink()
-    # The same command as at first goes on.
+    # The same command as at first continues it.
     done = launch(1, MPISPH, *RUN, folder)
     assert done.returncode == 0, done.stderr
-    assert "going on from checkpoint_" in done.stderr
+    assert "continuing from checkpoint_" in done.stderr
     assert_same(folder, uninterrupted)
 
 
@@ -231,7 +231,7 @@ def test_a_damaged_checkpoint_is_left_for_the_one_before(tmp_path, uninterrupted
     done = launch(2, MPISPH, "resume", folder)
     assert done.returncode == 0, done.stderr
     assert f"{last}: damaged" in done.stderr
-    assert f"going on from {before.name}" in done.stderr
+    assert f"continuing from {before.name}" in done.stderr
     assert_same(folder, uninterrupted)
 
 
@@ -261,7 +261,7 @@ def test_a_finished_run_is_not_repeated(tmp_path, uninterrupted):
     assert {**after, lock: 0} == {**before, lock: 0}
 
 
-def test_force_starts_anew(tmp_path):
+def test_force_starts_over(tmp_path):
     short = ("run", SHOT, *OPTIONS, "--set", "time.end=0.3us", "-o", tmp_path / "run")
     assert launch(1, MPISPH, *short).returncode == 0
     (tmp_path / "run/snapshots/snapshot_00077.vtkhdf").touch()
@@ -426,7 +426,7 @@ def test_a_full_disk_during_a_snapshot(left, small_disk, uninterrupted):
         assert "for a snapshot of" in err
         assert status(folder)["state"] == "failed"
         assert "No space left on device" in status(folder)["reason"]
-        assert f"`mpisph resume {folder}` goes on from a checkpoint" in err
+        assert f"`mpisph resume {folder}` continues from a checkpoint" in err
     for path, _ in read_series(folder):
         read_snapshot(path)
     filler.unlink()
@@ -435,7 +435,7 @@ def test_a_full_disk_during_a_snapshot(left, small_disk, uninterrupted):
     assert_same(folder, uninterrupted)
 
 
-def test_a_full_disk_during_checkpoints_lets_the_run_go_on(small_disk):
+def test_a_full_disk_during_checkpoints_lets_the_run_continue(small_disk):
     folder = small_disk / "run"
     late = (*OPTIONS, "--set", "output.every=3us", "-o", folder)
     launcher = begin_and_wait(folder, 2, "run", SHOT, *late, checkpoints=2)
@@ -463,7 +463,7 @@ def test_a_full_disk_at_the_stop_keeps_the_last_checkpoint(small_disk, uninterru
     filler.unlink()
     done = launch(2, MPISPH, "resume", folder)
     assert done.returncode == 0, done.stderr
-    assert "going on from checkpoint_" in done.stderr
+    assert "continuing from checkpoint_" in done.stderr
     assert outcome(folder)["clouds"] == outcome(uninterrupted)["clouds"]
 
 

@@ -41,12 +41,12 @@ def make_steps(sim, output, count):
     rule = step_rule(sim.case)
     for _ in range(count):
         found = reduce_state(sim)
-        output.note(sim, found)
+        output.add_step(sim, found)
         allowed = rule.allowed(found.limit)
         sim.first_dt = sim.first_dt or allowed
         make_step(sim, found, allowed)
         if sim.step % 10 == 5:
-            output.save(sim)
+            output.save_snapshot(sim)
 
 
 def stored_run(comm, folder):

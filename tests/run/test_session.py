@@ -70,7 +70,7 @@ class StopAt(SignalHandler):
         ("scheme.p_min={value=-1e9, mode='zero'}", "scheme.viscosity.form=printed"),
     ],
 )  # fmt: skip
-def test_a_stopped_run_goes_on_with_the_same_bits(settings, mpi_tmp_path):
+def test_a_stopped_run_continues_with_the_same_bits(settings, mpi_tmp_path):
     """Whatever the scheme: stopped at some steps, resumed on other ranks."""
     world = MPI.COMM_WORLD
     case = short_case(*settings, "time.end=0.6us")
@@ -94,7 +94,7 @@ def test_a_stopped_run_goes_on_with_the_same_bits(settings, mpi_tmp_path):
 
 
 @pytest.mark.mpi(min_size=1)
-def test_a_run_that_goes_on_breaks_down_where_it_would_have(mpi_tmp_path):
+def test_a_resumed_run_breaks_down_where_it_would_have(mpi_tmp_path):
     """The limit of the step counts from the very first one."""
     world = MPI.COMM_WORLD
     case = short_case("limits.step_ratio_min=0.82")
@@ -144,7 +144,7 @@ def test_files_of_a_run_without_a_status_are_not_overwritten(tmp_path):
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
-def test_a_lost_history_is_said_and_begun_anew(tmp_path):
+def test_a_lost_history_is_said_and_started_over(tmp_path):
     run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(9))
     (tmp_path / "history.csv").unlink()
     assert resume(MPI.COMM_SELF, tmp_path).status == "completed"
@@ -180,7 +180,8 @@ def test_leftovers_of_a_kill_are_removed(tmp_path):
 
 def test_what_changes_no_bit_may_change_on_the_way(tmp_path):
     run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(9))
-    changed = short_case("checkpoints.wall_interval=1h", "parallel.cut=z")
+    prose = "measured.exposures.0.source=elsewhere"
+    changed = short_case("checkpoints.wall_interval=1h", "parallel.cut=z", prose)
     result = run(changed, MPI.COMM_SELF, tmp_path)
     assert result.status == "completed"
     assert result.step > 9

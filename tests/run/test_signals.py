@@ -22,32 +22,31 @@ from mpisph.run.signals import (
 SELF = MPI.COMM_SELF
 
 
-def test_wishes_have_reasons():
+def test_requests_have_reasons():
     assert [
-        is_stop(stop_request)
-        for stop_request in (StopRequest.NOTHING, StopRequest.CHECKPOINT)
+        is_stop(request) for request in (StopRequest.NOTHING, StopRequest.CHECKPOINT)
     ] == [False, False]
     assert reason(StopRequest.STOP_FILE) == "file stop"
     assert reason(StopRequest.WALL_TIME) == "wall-time limit"
 
 
 @pytest.mark.parametrize("number", SIGNALS)
-def test_a_signal_becomes_a_wish(number):
+def test_a_signal_becomes_a_request(number):
     signals = SignalHandler()
     before = signal.getsignal(number)
-    with signals.heeding_signals(SELF):
+    with signals.catching_signals(SELF):
         assert signals.signal_request() == StopRequest.NOTHING
         os.kill(os.getpid(), number)
         assert is_stop(signals.signal_request())
         assert reason(signals.signal_request()) == f"signal {number.name}"
-        # Whatever else is wished for, it counts.
+        # Whatever else is asked for, it counts.
         assert signals.signal_request() > StopRequest.WALL_TIME
     assert signal.getsignal(number) is before
 
 
 def test_only_a_second_interrupt_ends_the_process_at_once():
     signals = SignalHandler()
-    with signals.heeding_signals(SELF):
+    with signals.catching_signals(SELF):
         os.kill(os.getpid(), signal.SIGTERM)
         os.kill(os.getpid(), signal.SIGTERM)
         os.kill(os.getpid(), signal.SIGINT)
@@ -106,7 +105,7 @@ status.write("running", 7, 0.5)
 def fail():
     {how}
 
-with signals.heeding_signals(comm), signals.working_in(folder, status.fail):
+with signals.catching_signals(comm), signals.working_in(folder, status.fail):
     if comm.rank in {which}:
         fail()
     comm.Barrier()

@@ -109,7 +109,7 @@ def test_after_a_kill_the_run_goes_on(tmp_path, uninterrupted):
     slurm.run(job)
     assert job.code == 0, job.text()
     assert ": mpisph resume " in job.text()
-    assert "going on from checkpoint_" in job.text()
+    assert "continuing from checkpoint_" in job.text()
     assert_same(slurm.work / "runs/one", uninterrupted / "runs/one")
 
 
@@ -458,7 +458,7 @@ def test_scripts_run_stops_with_a_checkpoint(
     # A folder instead of a case.
     code, text = terminal(checkout / "scripts/run", folder, "-n", "1").end()
     assert code == 0, text
-    assert "going on from checkpoint_" in text
+    assert "continuing from checkpoint_" in text
     assert_same(folder, uninterrupted / "runs/one")
 
 
@@ -473,7 +473,7 @@ def test_scripts_run_told_twice_ends_the_ranks(
     assert len(ranks) == 2
     kill(ranks, signal.SIGSTOP)  # they cannot stop as they are asked to
     run.process.send_signal(signal.SIGTERM)
-    run.process.send_signal(signal.SIGINT)  # too soon to be a second wish
+    run.process.send_signal(signal.SIGINT)  # too soon to be a second request
     time.sleep(2.2)
     for pid in ranks:
         assert "State:\tT" in Path(f"/proc/{pid}/status").read_text()

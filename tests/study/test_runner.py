@@ -16,7 +16,7 @@ from studies import ALPHA, UNSTABLE, small_study
 
 from mpisph.core.errors import MpisphError
 from mpisph.io.lock import FolderLock
-from mpisph.io.status import read_status
+from mpisph.io.status import StatusFile, read_status
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.study.model import load_study
 from mpisph.study.runner import Outcome, Part, _to_do, run_study
@@ -128,11 +128,40 @@ def test_a_case_that_is_at_work_elsewhere_is_left_to_it(mpi_tmp_path):
     on_root(comm, lambda: busy.mkdir(parents=True))
     with FolderLock(comm, busy):
         outcome = run_study(study, comm, root, quiet())
-    places = [place.standing for place in look_up_all(root, study)]
-    problems = [] if outcome.completed == 5 else [f"{outcome}"]
-    if places != ["completed"] * 3 + ["to do"] + ["completed"] * 2:
+        places = [place.standing for place in look_up_all(root, study)]
+        comm.Barrier()
+    problems = [] if outcome == Outcome(5, 0, 0, 1, 0, False) else [f"{outcome}"]
+    if places != ["completed"] * 3 + ["running"] + ["completed"] * 2:
         problems.append(f"{places}")
     agree(comm, problems)
+
+
+@pytest.mark.parametrize("late", [False, True], ids=["seen", "after the look"])
+@pytest.mark.parametrize("locks", [True, False], ids=["locks", "no locks"])
+def test_a_live_run_is_neither_started_again_nor_written_to(
+    tmp_path, monkeypatch, locks, late
+):
+    """Also where it began after this study has looked whether anybody is there."""
+    study = load_study(write_study(tmp_path))
+    folder = case_folder(tmp_path, study.cases[3])
+    folder.mkdir(parents=True)
+
+    def none(*_):
+        raise OSError(95, "Operation not supported")
+
+    if not locks:
+        monkeypatch.setattr("mpisph.io.lock.fcntl.flock", none)
+    for name, seconds in (("BEAT", 0.1), ("SETTLE", 0.1), ("PATIENCE", 0.1)):
+        monkeypatch.setattr(f"mpisph.io.lock.{name}", seconds)
+    with FolderLock(MPI.COMM_SELF, folder):
+        status = StatusFile(MPI.COMM_SELF, folder, 1.0, starts=1)
+        status.write("running", 7, 0.5)
+        before = {path: path.read_bytes() for path in folder.iterdir()}
+        if late:
+            monkeypatch.setattr("mpisph.study.runner.in_use", lambda _: False)
+        outcome = run_study(study, MPI.COMM_SELF, tmp_path, quiet())
+        assert {path: path.read_bytes() for path in folder.iterdir()} == before
+    assert outcome == Outcome(5, 0, 0, 1, 0, False)
 
 
 def test_too_few_ranks_are_refused(tmp_path):
@@ -230,12 +259,12 @@ def test_the_other_cases_go_on_where_one_meets_a_fault_of_the_program(tmp_path):
         "import os, sys\n"
         "if 'OMPI_COMM_WORLD_RANK' in os.environ:\n"
         "    from mpisph.run.output import RunOutput\n"
-        "    note = RunOutput.note\n"
+        "    add = RunOutput.add_step\n"
         "    def fail(self, sim, found):\n"
         f"        if self.folder.name == {bad.name!r} and sim.step == 3:\n"
         "            raise ZeroDivisionError('on purpose')\n"
-        "        note(self, sim, found)\n"
-        "    RunOutput.note = fail\n"
+        "        add(self, sim, found)\n"
+        "    RunOutput.add_step = fail\n"
     )
     done = launch(
         2,
