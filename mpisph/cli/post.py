@@ -1,0 +1,145 @@
+"""The commands that look at runs: figures, report, animate, clock.
+
+What draws is imported by the command that does: it takes long to load.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+from mpi4py import MPI
+
+from mpisph.cli.options import runs_argument
+from mpisph.core.console import open_console
+from mpisph.core.errors import MpisphError
+from mpisph.parallel.collectives import from_root, on_root
+
+
+@click.command("figures")
+@click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
+def figures_command(folder: Path) -> None:
+    """Draw the figures of the run folder RUN again."""
+    from mpisph.figures.cloud import draw_run
+
+    comm = MPI.COMM_WORLD
+    paths = from_root(comm, lambda: draw_run(folder))
+    if not paths:
+        raise MpisphError(f"{folder}: no snapshots to draw; is it a run's folder?")
+    for path in paths:
+        click.echo(path)
+
+
+@click.command("report")
+@click.argument(
+    "paths",
+    metavar="RUN_OR_STUDY...",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="The page.  [default: report.html in the folder RUN, or in the study's folder "
+    "studies/<name> below --runs; in the current folder where there are several]",
+)
+@click.option(
+    "--runs",
+    "root",
+    type=click.Path(path_type=Path, file_okay=False),
+    default="runs",
+    show_default=True,
+    help="Folder of the runs and tables of all studies, the -o of `mpisph study`.",
+)
+def report_command(paths: tuple[Path, ...], output: Path | None, root: Path) -> None:
+    """Write one HTML page on runs and studies: results, pictures, set-up.
+
+    RUN is a run's folder; STUDY is a study file, which ends in .toml. Of a study the
+    page shows figures, the paper's ranges and claims beside ours, and the table, as far
+    as its runs have come. It holds all of its pictures and needs no network.
+    """
+    from mpisph.report.run_page import REPORT_FILE, write_report
+    from mpisph.study.store import STUDIES_FOLDER
+
+    studies = [p for p in paths if p.suffix == ".toml" and not p.is_dir()]
+    folders = [p for p in paths if p not in studies]
+    home = Path()
+    if len(paths) == 1:
+        home = root / STUDIES_FOLDER / paths[0].stem if studies else paths[0]
+    page = output or home / REPORT_FILE
+    click.echo(
+        from_root(MPI.COMM_WORLD, lambda: write_report(folders, page, studies, root))
+    )
+
+
+@click.command("animate")
+@click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="The film.  [default: film.mp4 in the folder RUN]",
+)
+@click.option(
+    "--fps",
+    type=click.FloatRange(min=0.1, max=120),
+    help="Frames a second.  [default: a film of some seconds]",
+)
+def animate_command(folder: Path, output: Path | None, fps: float | None) -> None:
+    """Make a film (MP4) of the run folder RUN, a frame for each snapshot.
+
+    More frames need more snapshots: `mpisph run CASE --set output.every=0.1us`. The
+    program ffmpeg comes with `pip install "mpisph[animate]"`.
+    """
+    from mpisph.figures.animate import FILM_FILE, animate
+
+    film = output or folder / FILM_FILE
+    click.echo(from_root(MPI.COMM_WORLD, lambda: animate(folder, film, fps)))
+
+
+@click.command("clock")
+@runs_argument
+@click.option(
+    "--npr",
+    type=click.FloatRange(min=0.0, min_open=True),
+    help="Take the offset of the run at this resolution.  [default: the finest]",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="The figure.  [default: clock.png, in the folder of a single run, else in the "
+    "current one]",
+)
+def clock_command(
+    folders: tuple[Path, ...], npr: float | None, output: Path | None
+) -> None:
+    """Fit the experiment's clock offset on completed runs of one shot.
+
+    The offset makes R_b and L_b at all measured exposures fit best. A run must have
+    gone on for some microseconds after the last exposure. Several RUNs, which may
+    differ in resolution alone, give the numerical uncertainty.
+    """
+    out = output or (folders[0] if len(folders) == 1 else Path()) / "clock.png"
+    on_root(MPI.COMM_WORLD, lambda: _say_clock(folders, npr, out))
+
+
+def _say_clock(folders: Sequence[Path], npr: float | None, out_png: Path) -> None:
+    """Print the fits and what they come to; draw them."""
+    from mpisph.analysis.clock_offset import (
+        clock_run,
+        clock_table,
+        conclude,
+        conclusion_text,
+    )
+    from mpisph.figures.clock import draw_clock
+    from mpisph.io.run_folder import case_in
+
+    runs = [clock_run(folder, case_in(folder)) for folder in folders]
+    conclusion = conclude(runs, npr)
+    draw_clock(*runs, out_png=out_png, conclusion=conclusion)
+    console = open_console(stderr=False)
+    console.print(clock_table(runs))
+    text = f"{conclusion_text(conclusion)}\nfigure in {out_png}"
+    console.print(text, highlight=False, soft_wrap=True)
