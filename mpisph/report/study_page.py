@@ -21,7 +21,8 @@ from mpisph.report.study_tables import (
 )
 from mpisph.study.model import FigureSpec, Study, Value, load_study
 from mpisph.study.paper.best import best_sets
-from mpisph.study.paper.claims import Claim, Try, Word, decide, load_claims
+from mpisph.study.paper.checks import Word, decide
+from mpisph.study.paper.claims_file import Claim, Try, load_claims
 from mpisph.study.paper.ranges import TOTALS, Agreement, RangeCell, agreement
 from mpisph.study.plots.axes import Clock, axis_of, clock_text
 from mpisph.study.plots.drawing import draw_study

@@ -10,18 +10,9 @@ from studies import ALPHA, small_study
 
 from mpisph.core.errors import CaseError, MpisphError
 from mpisph.study.model import load_study
-from mpisph.study.paper.claims import (
-    CHECKS,
-    Answer,
-    Claim,
-    Try,
-    Verdict,
-    answer_claims,
-    as_markdown,
-    as_table,
-    decide,
-    load_claims,
-)
+from mpisph.study.paper.checks import CHECKS, Verdict, decide
+from mpisph.study.paper.claims import Answer, answer_claims, as_markdown, as_table
+from mpisph.study.paper.claims_file import Claim, Try, load_claims
 from mpisph.study.runner import run_study
 
 SHIPPED = CASES / "studies" / "claims.toml"
