@@ -1,15 +1,17 @@
 """What a source claims, and whether the studies bear it out."""
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 from rich.table import Table
 
-from mpisph.study.model import load_study
-from mpisph.study.paper.checks import Verdict, decide
+from mpisph.study.model import Study, load_study
+from mpisph.study.paper.checks import decide
 from mpisph.study.paper.claims_file import Claim, Try, load_claims
-from mpisph.study.table import collect
+from mpisph.study.paper.verdict import Verdict
+from mpisph.study.table import Row, collect
 
 MARKDOWN_HEAD = "| claim | verdict | figure |\n|---|---|---|\n"
 
@@ -40,16 +42,21 @@ def answer_claims(path: Path, root: Path) -> list[Answer]:
     CaseError
         If the file or one of its studies is not sound.
     """
-    claims = load_claims(path).claims
-    names = {attempt.study for claim in claims for attempt in claim.tries}
-    studies = {name: load_study(path.with_name(f"{name}.toml")) for name in names}
-    tables = {name: collect(study, root) for name, study in studies.items()}
+
+    @cache
+    def study_of(name: str) -> Study:
+        return load_study(path.with_name(f"{name}.toml"))
+
+    @cache
+    def table_of(name: str) -> list[Row]:
+        return collect(study_of(name), root)
+
     return [
         Answer(
             claim,
-            tuple(decide(t, studies[t.study], tables[t.study]) for t in claim.tries),
+            tuple(decide(t, study_of(t.study), table_of(t.study)) for t in claim.tries),
         )
-        for claim in claims
+        for claim in load_claims(path, study_of).claims
     ]
 
 
