@@ -26,8 +26,8 @@ from mpisph.study.paper.claims_file import Claim, Try, load_claims
 from mpisph.study.paper.ranges import TOTALS, Agreement, RangeCell, agreement
 from mpisph.study.paper.verdict import Word
 from mpisph.study.plots.axes import Clock, axis_of, clock_text
-from mpisph.study.plots.drawing import draw_study
-from mpisph.study.plots.levels import convergence_panels
+from mpisph.study.plots.convergence import convergence_panels
+from mpisph.study.plots.draw import draw_study
 from mpisph.study.store import CASES_FOLDER, STANDINGS, Standing, study_folder
 from mpisph.study.table import TABLE_FILE, Row, collect
 
