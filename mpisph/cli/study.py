@@ -125,7 +125,7 @@ def _finish(study: "Study", root: Path, parquet: bool = False) -> Path:
     """Write the tables of a study, and draw its figure; on rank 0."""
     from mpisph.study.paper.best import write_best
     from mpisph.study.paper.ranges import write_ranges
-    from mpisph.study.plots.drawing import draw_study
+    from mpisph.study.plots.draw import draw_study
     from mpisph.study.table import collect, write_table
 
     rows = collect(study, root)
@@ -157,7 +157,7 @@ def study_draw_command(study_file: Path, root: Path) -> None:
 
 def _draw(study: "Study", root: Path) -> Path:
     """Draw the figure of a study; on rank 0."""
-    from mpisph.study.plots.drawing import draw_study
+    from mpisph.study.plots.draw import draw_study
     from mpisph.study.table import collect
 
     figure = draw_study(study, collect(study, root), root)

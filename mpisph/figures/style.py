@@ -1,6 +1,13 @@
-"""What all figures share: their size, letters, lines and colours."""
+"""What all figures share: size, letters, lines and colours, and how they are saved."""
 
+from io import BytesIO
+from pathlib import Path
 from typing import Any
+
+from matplotlib.figure import Figure
+
+Out = Path | BytesIO
+"""Where a figure goes: into a PNG file, or into memory."""
 
 BODY_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
 """Okabe and Ito's colours, which colour-blind readers can tell apart."""
@@ -44,3 +51,28 @@ WIDTH = 7.0
 
 DPI = 200
 """Its resolution: 1400 pixels across."""
+
+
+def save(figure: Figure, out: Out) -> None:
+    """Write a figure.
+
+    Parameters
+    ----------
+    figure : Figure
+        Drawn, and saved, with the settings of `STYLE`.
+    out : Path or BytesIO
+        The folder of a file is made where it is missing.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    if isinstance(out, Path):
+        out.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(out, format="png")
+
+
+def body_colour(index: int) -> str:
+    """Return the colour of the body, run or line of a number."""
+    return BODY_COLOURS[index % len(BODY_COLOURS)]

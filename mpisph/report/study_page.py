@@ -21,11 +21,13 @@ from mpisph.report.study_tables import (
 )
 from mpisph.study.model import FigureSpec, Study, Value, load_study
 from mpisph.study.paper.best import best_sets
-from mpisph.study.paper.claims import Claim, Try, Word, decide, load_claims
+from mpisph.study.paper.checks import decide
+from mpisph.study.paper.claims_file import Claim, Try, load_claims
 from mpisph.study.paper.ranges import TOTALS, Agreement, RangeCell, agreement
+from mpisph.study.paper.verdict import Word
 from mpisph.study.plots.axes import Clock, axis_of, clock_text
-from mpisph.study.plots.drawing import draw_study
-from mpisph.study.plots.levels import convergence_panels
+from mpisph.study.plots.convergence import convergence_panels
+from mpisph.study.plots.draw import draw_study
 from mpisph.study.store import CASES_FOLDER, STANDINGS, Standing, study_folder
 from mpisph.study.table import TABLE_FILE, Row, collect
 
@@ -51,6 +53,7 @@ _WORD_BADGES: dict[Word, str] = {
     "reproduced": "good",
     "in part": "warn",
     "not reproduced": "bad",
+    "undecided": "",
     "not run": "",
 }
 
@@ -432,9 +435,10 @@ def _claims(study: Study, loaded: Sequence[_Loaded]) -> list[ClaimView]:
         for item in loaded
         if item.study.path.parent.resolve() == path.parent.resolve()
     }
+    studies = {name: item.study for name, item in tables.items()}
     return [
         _claim(claim, tables)
-        for claim in load_claims(path).claims
+        for claim in load_claims(path, studies.get).claims
         if any(attempt.study == study.name for attempt in claim.tries)
     ]
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
-from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
 from mpisph.report.page import NONE, Link, Table
 from mpisph.report.run_tables import count, mm, small
 from mpisph.study.model import Parameter, Study, StudyCase, Value
 from mpisph.study.paper.best import BestSet
 from mpisph.study.paper.ranges import TOTALS, Agreement, RangeClock
 from mpisph.study.plots.axes import Clock, axis_of, exposures, size_column
+from mpisph.study.plots.convergence import ConvergencePanel, ConvergenceSeries
 from mpisph.study.store import Standing
 from mpisph.study.table import Row
 

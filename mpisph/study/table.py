@@ -29,6 +29,9 @@ PARQUET_FILE = "table.parquet"
 CLOCKS = {"nominal": "", "offset": "_offset"}
 """What the names of columns add for each reading of the clock."""
 
+_ENDINGS = ("mm", "error_percent", "robust_mm")
+# Of the columns of R_b and L_b.
+
 
 def collect(study: Study, root: Path) -> list[Row]:
     """Return the table of a study, as far as its runs have come.
@@ -192,6 +195,25 @@ def _scaled(value: float | None, factor: float) -> float | None:
 def columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return the names of all columns, in the order of their first appearance."""
     return list(dict.fromkeys(name for row in rows for name in row))
+
+
+def figure_columns(study: Study) -> list[str]:
+    """Return the columns of numbers that runs can add to the table of a study.
+
+    Parameters
+    ----------
+    study : Study
+    """
+    names = ["npr", "particles", "steps", "time_us", "wall_s", "energy_error"]
+    names += [f"total_error{suffix}_percent" for suffix in CLOCKS.values()]
+    names += ["fitted_offset_us", "total_error_fitted_percent"]
+    for time in study.times():
+        for suffix in CLOCKS.values():
+            where = f"{time_label(time)}{suffix}"
+            names += [f"{q}_{where}_{e}" for q in ("R_b", "L_b") for e in _ENDINGS]
+            names += [f"front_velocity_{where}_km_per_s", f"cloud_mass_{where}_g"]
+            names += [f"hole_{where}_mm", f"hole_opening_{where}_mm"]
+    return names
 
 
 def write_table(study: Study, root: Path, rows: Sequence[Row], parquet: bool) -> Path:

@@ -336,8 +336,10 @@ def test_mistakes_are_named(made, tmp_path, dots):
     path, root, _ = made
     study = tmp_path / "small.toml"
     study.write_text(TEXT)
-    (tmp_path / "claims.toml").write_text(CLAIMS.replace('"grows"', '"shrinks"'))
-    with pytest.raises(CaseError, match="no check shrinks"):
+    (tmp_path / "claims.toml").write_text(
+        CLAIMS.replace('check = "grows"', 'check = "shrinks"')
+    )
+    with pytest.raises(CaseError, match="claim 3, grows: expected one of"):
         write_report([], out, [study], tmp_path)
     spoilt = shutil.copytree(root, tmp_path / "root")
     (case_folder(spoilt, load_study(path).cases[0]) / "result.json").write_text("{}")

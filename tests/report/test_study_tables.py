@@ -6,7 +6,6 @@ import pytest
 from launch import CASES
 
 from mpisph.analysis.convergence import converge
-from mpisph.figures.convergence import ConvergencePanel, ConvergenceSeries
 from mpisph.report.study_tables import (
     best_table,
     cases_table,
@@ -18,6 +17,7 @@ from mpisph.report.study_tables import (
 )
 from mpisph.study.model import load_study
 from mpisph.study.paper.best import BestSet
+from mpisph.study.plots.convergence import ConvergencePanel, ConvergenceSeries
 
 TEXT = f"""
 title = "small"

@@ -1,7 +1,7 @@
 """What the figures of studies share: axes, exposures, clocks, and rows by axes."""
 
 from collections.abc import Sequence
-from typing import Literal, NamedTuple, TypeVar
+from typing import Literal, NamedTuple
 
 from mpisph.case.sections import Exposure
 from mpisph.study.model import Study, StudyCase, Value
@@ -9,13 +9,8 @@ from mpisph.study.table import CLOCKS, Row, time_label
 
 Clock = Literal["nominal", "offset"]
 
-MOST_ACROSS = 8
-"""Panels beside each other; more begin a further row."""
-
 SYMBOLS = {"R_b": "$R_b$", "L_b": "$L_b$"}
 """Quantities as formulas."""
-
-Panel = TypeVar("Panel")
 
 
 class Axis(NamedTuple):
@@ -87,14 +82,6 @@ def _value_name(value: Value, label: str) -> str:
 def by_axes(rows: Sequence[Row], axes: Sequence[Axis]) -> dict[tuple[Value, ...], Row]:
     """Return the rows of a table by their values along some axes."""
     return {tuple(row.get(axis.name, "") for axis in axes): row for row in rows}
-
-
-def in_rows(heading: str, panels: Sequence[Panel]) -> list[tuple[str, list[Panel]]]:
-    """Return panels in rows of at most `MOST_ACROSS`, the first with the heading."""
-    return [
-        (heading if k == 0 else "", list(panels[k : k + MOST_ACROSS]))
-        for k in range(0, len(panels), MOST_ACROSS)
-    ]
 
 
 def has_ended(row: Row) -> bool:

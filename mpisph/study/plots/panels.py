@@ -1,56 +1,120 @@
-"""What figures of several panels share: titles, and legend and note at the foot."""
+"""The panel grid of all study figures: title, bands of panels, legend and note."""
 
 import math
 import textwrap
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Generic, NamedTuple, TypeVar
 
+import matplotlib as mpl
+import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
-from mpisph.figures.style import DPI, WIDTH
+from mpisph.figures.style import DPI, STYLE, WIDTH, Out, save
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "<", "p", ">", "h")
 """Markers beside the colours of lines or dots; x is for unstable runs."""
+
+MOST_ACROSS = 8
+"""Panels beside each other; more begin a further row."""
 
 _NOTE_WIDTH = 112
 _NOTE_LINE = 0.135
 # Letters in a line of the note below a figure, and height of a line [in].
 
+Grid = npt.NDArray[np.object_]
+"""Axes, shape (rows, columns)."""
 
-def new_figure(height: float, title: str) -> Figure:
-    """Return a figure with a title.
+Panel = TypeVar("Panel")
+
+
+class Band(NamedTuple, Generic[Panel]):
+    """Panels that stand beside each other, with a heading; each has a `title`."""
+
+    heading: str
+    panels: Sequence[Panel]
+
+
+class PanelAxes(NamedTuple, Generic[Panel]):
+    """A panel with its axes.
+
+    Attributes
+    ----------
+    panel : Panel
+    axes : ndarray of Axes, shape (rows,)
+        Those of the panel, from the top.
+    first, last : bool
+        Whether it stands at the left or the right end of its band.
+    """
+
+    panel: Panel
+    axes: Grid
+    first: bool
+    last: bool
+
+
+def in_rows(heading: str, panels: Sequence[Panel]) -> list[Band[Panel]]:
+    """Return panels in bands of at most `MOST_ACROSS`, the first with the heading."""
+    return [
+        Band(heading if k == 0 else "", panels[k : k + MOST_ACROSS])
+        for k in range(0, len(panels), MOST_ACROSS)
+    ]
+
+
+@contextmanager
+def panel_grid(
+    title: str, height: float, rows: int, columns: int, **options: Any
+) -> Iterator[tuple[Figure, Grid]]:
+    """Make a figure with a title and a grid of axes, to be drawn within this context.
 
     Parameters
     ----------
-    height : float
-        Without what `finish` adds [in].
     title : str
         Plain text; it is wrapped.
+    height : float
+        Without what `finish` adds [in].
+    rows, columns : int
+    **options
+        Of `Figure.subplots`.
+
+    Yields
+    ------
+    figure : Figure
+    grid : ndarray of Axes, shape (rows, columns)
     """
-    figure = Figure(figsize=(WIDTH, height), dpi=DPI)
-    FigureCanvasAgg(figure)
-    # A dollar sign of the user's title begins no formula.
-    wrapped = textwrap.fill(title, 88)
-    figure.suptitle(wrapped, x=0.01, ha="left", fontsize=10, parse_math=False)
-    return figure
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, height), dpi=DPI)
+        FigureCanvasAgg(figure)
+        # A dollar sign of the user's title begins no formula.
+        wrapped = textwrap.fill(title, 88)
+        figure.suptitle(wrapped, x=0.01, ha="left", fontsize=10, parse_math=False)
+        yield figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
-def set_titles(axes: Axes, title: str, heading: str, first: bool) -> None:
+def each_panel(grid: Grid, bands: Sequence[Band[Any]]) -> Iterator[PanelAxes[Any]]:
+    """Give each panel its title, and return it with its axes.
+
+    Where a band has fewer panels than the grid has columns, the rest stays blank.
+    """
+    rows = len(grid) // len(bands)
+    for k, band in enumerate(bands):
+        part = grid[k * rows : (k + 1) * rows]
+        last = len(band.panels) - 1
+        for j, panel in enumerate(band.panels):
+            _set_titles(part[0, j], panel.title, band.heading, first=j == 0)
+            yield PanelAxes(panel, part[:, j], j == 0, j == last)
+        for axes in part[:, last + 1 :].ravel():
+            axes.set_axis_off()
+
+
+def _set_titles(axes: Axes, title: str, heading: str, first: bool) -> None:
     """Give a panel its title, and the first of a band the band's heading above it.
 
-    Parameters
-    ----------
-    axes : Axes
-    title : str
-        Of the panel.
-    heading : str
-        Of its band; all panels leave room for it.
-    first : bool
-        Whether the panel is the first of its band.
+    All panels of a band with a heading leave room for it.
     """
     room = "\n" * bool(heading)
     columns = axes.get_gridspec().ncols  # type: ignore[union-attr]
@@ -81,9 +145,9 @@ def finish(
     figure: Figure,
     handles: Sequence[Any],
     note: str,
-    out_png: Path,
+    out: Out,
     legend_title: str = "",
-) -> Path:
+) -> None:
     """Add the legend and the note at the foot of a figure, and write it.
 
     The figure grows by what they need, so that its axes keep their height.
@@ -91,32 +155,24 @@ def finish(
     Parameters
     ----------
     figure : Figure
-        From `new_figure`.
+        From `panel_grid`.
     handles : sequence of artists
-        Entries of the legend, with their labels.
+        Entries of the legend, with their labels; without any there is no legend.
     note : str
         Plain text; it is wrapped.
-    out_png : Path
-        Its folder is made where it is missing.
+    out : Path or BytesIO
+        See `save`.
     legend_title : str, optional
-
-    Returns
-    -------
-    Path
-        The figure.
-
-    Raises
-    ------
-    OSError
-        If the figure cannot be written.
     """
-    legend = _widest_legend(figure, handles, legend_title)
     lines = textwrap.wrap(note, _NOTE_WIDTH)
-    note_height = 0.08 + _NOTE_LINE * len(lines)
-    foot = note_height + legend.get_window_extent().height / DPI
+    foot = note_height = 0.08 + _NOTE_LINE * len(lines)
+    legend = _widest_legend(figure, handles, legend_title)
+    if legend is not None:
+        foot += legend.get_window_extent().height / DPI
     height = figure.get_figheight() + foot
     figure.set_figheight(height)
-    legend.set_bbox_to_anchor((0.5, note_height / height), figure.transFigure)
+    if legend is not None:
+        legend.set_bbox_to_anchor((0.5, note_height / height), figure.transFigure)
     figure.text(
         0.01,
         0.05 / height,
@@ -128,13 +184,12 @@ def finish(
     )
     share = foot / height
     figure.set_layout_engine("constrained", rect=(0, share, 1, 1 - share))
-    out_png.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(out_png)
-    return out_png
+    save(figure, out)
 
 
-def _widest_legend(figure: Figure, handles: Sequence[Any], title: str) -> Legend:
+def _widest_legend(figure: Figure, handles: Sequence[Any], title: str) -> Legend | None:
     """Return a legend of as many columns as the figure is wide enough for."""
+    legend = None
     room = 0.98 * WIDTH * DPI
     for rows in range(1, len(handles) + 1):
         columns = math.ceil(len(handles) / rows)

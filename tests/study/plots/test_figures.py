@@ -9,16 +9,11 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from mpisph.figures.style import BODY_COLOURS, DPI, WIDTH
-from mpisph.study.plots.panels import finish, new_figure
-from mpisph.study.plots.study_lines import (
-    LinesBand,
-    LinesFigure,
-    LinesPanel,
-    LinesRow,
-    draw_lines,
-)
-from mpisph.study.plots.study_map import MapBand, MapFigure, MapPanel, draw_map
-from mpisph.study.plots.study_shots import ShotsFigure, ShotsSeries, draw_shots
+from mpisph.study.plots.axes import Axis
+from mpisph.study.plots.lines import LinesFigure, LinesPanel, LinesRow, draw_lines
+from mpisph.study.plots.map import MapFigure, MapPanel, draw_map
+from mpisph.study.plots.panels import Band, finish, panel_grid
+from mpisph.study.plots.shots import ShotsFigure, ShotsSeries, draw_shots
 
 NAN = math.nan
 
@@ -61,17 +56,14 @@ def lines_data(**changes):
     ]
     data = LinesFigure(
         title="A $title of L_b",
-        x_label="alpha",
-        x=[0.5, 1.0, 2.0, 5.0],
+        x=Axis("alpha", "alpha", (0.5, 1.0, 2.0, 5.0), ("0.5", "1.0", "2.0", "5.0")),
         log_x=False,
-        lines_label="NPH",
-        lines=["1.0", "1.5", "2.0"],
-        ordered=True,
+        lines=Axis("nph", "NPH", (1.0, 1.5, 2.0), ("1.0", "1.5", "2.0")),
         rows=[
-            LinesRow("late", True, 30.0, "mm"),
-            LinesRow("early", False, 15.0, "mm"),
+            LinesRow("late", True, 30.0),
+            LinesRow("early", False, 15.0),
         ],
-        bands=[LinesBand("", panels)],
+        bands=[Band("", panels)],
         note="A note.",
     )
     return data._replace(**changes)
@@ -79,7 +71,7 @@ def lines_data(**changes):
 
 def draw(function, data, tmp_path, drawn):
     out = tmp_path / "new" / "figure.png"
-    assert function(data, out) == out
+    function(data, out)
     image = matplotlib.image.imread(out)
     (figure,) = drawn
     assert image.shape[1] == round(WIDTH * DPI)
@@ -98,7 +90,7 @@ def test_lines_pass_through_the_values_of_each_row_and_panel(tmp_path, drawn):
         for k in range(2):
             found = curves(grid[k, j])
             for line, wanted in zip(found, panel.values[k], strict=True):
-                np.testing.assert_array_equal(line.get_xdata(), data.x)
+                np.testing.assert_array_equal(line.get_xdata(), data.x.values)
                 np.testing.assert_array_equal(line.get_ydata(), wanted)
     assert [axes.get_ylabel() for axes in grid[:, 0]] == ["late", "early", "unstable"]
     assert [axes.get_title() for axes in grid[0]] == ["one", "two"]
@@ -129,7 +121,7 @@ def test_unstable_runs_are_crosses_in_the_lines_colours(tmp_path, drawn):
 def test_without_unstable_runs_there_is_no_strip(tmp_path, drawn):
     data = lines_data()
     panels = [p._replace(unstable=np.zeros((3, 4), bool)) for p in data.bands[0].panels]
-    data = data._replace(bands=[LinesBand("", panels)])
+    data = data._replace(bands=[Band("", panels)])
     figure = draw(draw_lines, data, tmp_path, drawn)
     assert len(figure.axes) == 4
     assert "unstable run" not in legend_texts(figure)
@@ -173,7 +165,7 @@ def test_a_measured_value_that_is_not_there_is_not_drawn(tmp_path, drawn):
 
 
 def test_categories_are_named_and_not_joined(tmp_path, drawn):
-    data = lines_data(x=["a", "b", "c", "d"])
+    data = lines_data(x=Axis("x", "", tuple("abcd"), tuple("abcd")))
     axes = draw(draw_lines, data, tmp_path, drawn).axes
     assert all(x.get_linestyle() == "None" for x in curves(axes[0]))
     names = [text.get_text() for text in axes[4].get_xticklabels()]
@@ -188,7 +180,7 @@ def test_a_logarithmic_axis_has_ticks_at_the_values(tmp_path, drawn):
 
 def test_bands_lie_below_each_other_with_their_headings(tmp_path, drawn):
     panels = lines_data().bands[0].panels
-    bands = [LinesBand("first", panels), LinesBand("second", panels[:1])]
+    bands = [Band("first", panels), Band("second", panels[:1])]
     figure = draw(draw_lines, lines_data(bands=bands), tmp_path, drawn)
     grid = grid_of(figure, 6, 2)
     headings = [grid[k, 0].texts[0].get_text() for k in (0, 3)]
@@ -207,13 +199,10 @@ def map_data(ranges=(None, None, None), **changes):
     panel = MapPanel("NPR 4", ERRORS, unstable, ranges)
     data = MapFigure(
         title="A map",
-        x_label="NPH",
-        y_label="alpha",
-        x=["1.0", "1.5", "2.0"],
-        y=["0.5", "1.0"],
-        y_numbers=[0.5, 1.0],
+        x=Axis("nph", "NPH", (1.0, 1.5, 2.0), ("1.0", "1.5", "2.0")),
+        y=Axis("alpha", "alpha", (0.5, 1.0), ("0.5", "1.0")),
         limit=10.0,
-        bands=[MapBand("nominal", [panel]), MapBand("offset", [panel])],
+        bands=[Band("nominal", [panel]), Band("offset", [panel])],
         note="A note.",
     )
     return data._replace(**changes)
@@ -343,7 +332,9 @@ def test_shots_are_named_with_what_was_measured(tmp_path, drawn):
 
 def test_nothing_at_the_foot_of_a_figure_overlaps(tmp_path, drawn):
     """The axes with their labels, the legend and the note lie above each other."""
-    data = lines_data(note="many words " * 40, lines=["a long name " * 3] * 3)
+    names = ("a long name " * 3,) * 3
+    lines = Axis("nph", "NPH", (1.0, 1.5, 2.0), names)
+    data = lines_data(note="many words " * 40, lines=lines)
     figure = draw(draw_lines, data, tmp_path, drawn)
     renderer = figure.canvas.get_renderer()
     axes = min(x.get_tightbbox(renderer).y0 for x in figure.axes)
@@ -361,9 +352,8 @@ def test_nothing_at_the_foot_of_a_figure_overlaps(tmp_path, drawn):
 def test_the_axes_keep_their_height_whatever_the_note(tmp_path):
     heights = []
     for note in ("short", "many words " * 60):
-        figure = new_figure(3.0, "title")
-        axes = figure.subplots()
-        axes.plot([0, 1], label="line")
-        finish(figure, axes.lines, note, tmp_path / "figure.png")
+        with panel_grid("title", 3.0, 1, 1) as (figure, ((axes,),)):
+            axes.plot([0, 1], label="line")
+            finish(figure, axes.lines, note, tmp_path / "figure.png")
         heights.append(axes.get_window_extent().height)
     assert heights[1] == pytest.approx(heights[0], rel=0.02)

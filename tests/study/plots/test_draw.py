@@ -11,11 +11,11 @@ from mpisph.cli.study import study_group
 from mpisph.core.errors import CaseError
 from mpisph.run.signals import SignalHandler
 from mpisph.study.model import load_study
-from mpisph.study.plots import drawing
-from mpisph.study.plots.curves import lines_figure
-from mpisph.study.plots.drawing import draw_study
-from mpisph.study.plots.levels import convergence_panels
-from mpisph.study.plots.maps import map_figure
+from mpisph.study.plots import draw
+from mpisph.study.plots.convergence import convergence_panels
+from mpisph.study.plots.draw import draw_study
+from mpisph.study.plots.lines import lines_figure
+from mpisph.study.plots.map import map_figure
 from mpisph.study.plots.shots import shots_figure
 
 STUDIES = CASES / "studies"
@@ -84,19 +84,16 @@ quantities = ["L_b"]
 def test_lines_are_the_sizes_of_both_clocks(tmp_path):
     study = small(tmp_path, LINES)
     data = lines_figure(study, study.file.figure, table(study, made_up))
-    assert (data.x, data.lines, data.lines_label) == (
-        [5.0, 1.0, 2.5],
-        ("1.5", "2.0"),
-        "NPH",
-    )
-    assert data.ordered
+    assert data.x.numbers() == [5.0, 1.0, 2.5]
+    assert (data.lines.names, data.lines.label) == (("1.5", "2.0"), "NPH")
+    assert data.lines.numeric
     (band,) = data.bands
     titles = [panel.title for panel in band.panels]
     assert titles == ["nominal exposure time", "+1.05 µs clock offset"]
     for panel, clock in zip(band.panels, (0.0, 0.1), strict=True):
         wanted = [
             [
-                [10 * t + 1 + clock + a / 100 + h / 1000 for a in data.x]
+                [10 * t + 1 + clock + a / 100 + h / 1000 for a in data.x.values]
                 for h in (1.5, 2.0)
             ]
             for t in (19, 6)
@@ -166,7 +163,7 @@ def test_many_panels_stand_below_each_other_for_each_clock(name):
         titles = [panel.title for panel in data.bands[1].panels]
         assert titles == [f"NPH {h}" for h in (1.0, 1.2, 1.5, 1.8, 2.0, 2.5)]
         assert data.log_x
-        assert data.x == [5.0, 2.0, 1.0, 0.5, 0.2]
+        assert data.x.values == (5.0, 2.0, 1.0, 0.5, 0.2)
 
 
 def test_names_are_categories(tmp_path):
@@ -179,8 +176,8 @@ def test_names_are_categories(tmp_path):
     study = small(tmp_path, figure, text)
     rows = table(study, lambda *_: 1.0)
     data = lines_figure(study, study.file.figure, rows)
-    assert data.x == ("fixed", "classic")
-    assert data.lines == ("5.0", "1.0", "2.5")
+    assert data.x.names == ("fixed", "classic")
+    assert data.lines.names == ("5.0", "1.0", "2.5")
 
 
 # Maps
@@ -208,8 +205,9 @@ def total(row, q, t, clock, ending):
 def test_a_map_is_in_ascending_order_beside_the_papers_ranges(tmp_path):
     study = small(tmp_path, MAP)
     data = map_figure(study, study.file.figure, table(study, total))
-    assert (data.x, data.y) == (("1.5", "2.0"), ("1.0", "2.5", "5.0"))
-    assert (data.y_numbers, data.limit) == ([1.0, 2.5, 5.0], 8.0)
+    assert data.x.names == ("1.5", "2.0")
+    assert data.y.names == ("1.0", "2.5", "5.0")
+    assert (data.y.numbers(), data.limit) == ([1.0, 2.5, 5.0], 8.0)
     nominal, offset = data.bands
     wanted = np.array([[1.0, 11.0], [2.5, 12.5], [5.0, 15.0]])
     np.testing.assert_array_equal(nominal.panels[0].errors, wanted)
@@ -338,8 +336,7 @@ def test_every_shipped_study_with_a_figure_is_drawn(path, tmp_path, monkeypatch)
     )
     made = []
     for kind in ("lines", "map", "shots", "convergence"):
-        name = f"draw_{kind}"
-        monkeypatch.setattr(drawing, name, lambda data, out: made.append(data) or out)
+        monkeypatch.setattr(draw, f"draw_{kind}", lambda *given: made.append(given))
     out = draw_study(study, rows, tmp_path)
     if study.file.figure is None:
         assert (out, made) == (None, [])
@@ -423,4 +420,4 @@ def test_clock_from_must_be_a_variant(tmp_path):
 def test_runs_that_reach_no_exposure_make_no_convergence_figure(tmp_path):
     study = load_study(STUDIES / "convergence.toml")
     rows = table(study, lambda *_: None, lambda _: "completed")
-    assert drawing.draw_study(study, rows, tmp_path) is None
+    assert draw.draw_study(study, rows, tmp_path) is None

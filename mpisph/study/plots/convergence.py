@@ -1,18 +1,29 @@
 """The figure of a convergence study: quantities against the spacing, to its limit."""
 
 import math
-import textwrap
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from mpisph.analysis.convergence import Convergence
-from mpisph.figures.style import BODY_COLOURS, DPI, MEASURED, STYLE, WIDTH
+from mpisph.analysis.convergence import Convergence, converge
+from mpisph.case.times import same_time
+from mpisph.figures.style import MEASURED, Out, body_colour
+from mpisph.study.model import FigureSpec, Study, Value
+from mpisph.study.plots.axes import (
+    SYMBOLS,
+    Clock,
+    axis_of,
+    by_axes,
+    exposures,
+    measured_mm,
+    size_column,
+    time_text,
+    value_at,
+)
+from mpisph.study.plots.panels import MARKERS, finish, panel_grid
+from mpisph.study.table import CLOCKS, Row, time_label
 
 NOTE = (
     "At ∞: Richardson's extrapolation, with the uncertainty of the finest value as its "
@@ -31,8 +42,6 @@ _LEGEND_COLUMNS = 2
 
 _LABEL_WIDTH = 0.06
 # Labels of the axis need this distance, as a fraction of it.
-
-_MARKERS = ("o", "s", "^", "D", "v", "P")
 
 _NUDGE = 0.025
 # Distance between the error bars of two series, as a fraction of the axis to the right
@@ -77,7 +86,73 @@ class ConvergencePanel(NamedTuple):
     scale: float = 1.0
 
 
-def draw_convergence(panels: Sequence[ConvergencePanel], out_png: Path) -> Path:
+def convergence_panels(
+    study: Study, spec: FigureSpec, rows: Sequence[Row]
+) -> list[ConvergencePanel]:
+    """Return what is drawn of quantities against resolution.
+
+    They are those at the earliest exposure, by the last of the figure's clocks: R_b and
+    L_b, outermost and robust, front velocity, mass of the cloud, and the hole.
+
+    Parameters
+    ----------
+    study : Study
+    spec : FigureSpec
+        Of kind ``convergence``.
+    rows : sequence of dict
+        From `collect`.
+
+    Returns
+    -------
+    list of ConvergencePanel
+        Of the quantities that any run has.
+    """
+    x, lines = axis_of(study, spec.x), axis_of(study, spec.lines)
+    table = by_axes(rows, (x, lines))
+    panels = []
+    for label, unit, column, measured in _quantities(study, spec):
+        series = []
+        for line, name in zip(lines.values, lines.titles(), strict=True):
+            values = [value_at(table.get((at, line)), column) for at in x.values]
+            result = converge(x.numbers(), values)
+            series.append(ConvergenceSeries(name, result, measured.get(line)))
+        if any(math.isfinite(v) for s in series for v in s.convergence.values):
+            panels.append(ConvergencePanel(label, unit, series))
+    return panels
+
+
+def _quantities(
+    study: Study, spec: FigureSpec
+) -> list[tuple[str, str, str, dict[Value, float]]]:
+    """Return label, unit, column, and what was measured of each variant."""
+    time = study.times(spec.exposures)[0]
+    clock: Clock = spec.clocks[-1]
+    where = f"{time_label(time)}{CLOCKS[clock]}"
+    found = []
+    for q in spec.quantities:
+        sizes = _measured(study, time, q)
+        column, robust = (size_column(q, time, clock, e) for e in ("mm", "robust_mm"))
+        at = f"{SYMBOLS[q]} at {time_text(study, time, clock)}"
+        found.append((f"{at}, outermost", "mm", column, sizes))
+        found.append((f"{at}, robust", "mm", robust, sizes))
+    found.append(("front velocity", "km/s", f"front_velocity_{where}_km_per_s", {}))
+    found.append(("mass of the cloud", "g", f"cloud_mass_{where}_g", {}))
+    found.append(("hole between the faces", "mm", f"hole_{where}_mm", {}))
+    found.append(("hole through the lips", "mm", f"hole_opening_{where}_mm", {}))
+    return found
+
+
+def _measured(study: Study, time: float, quantity: str) -> dict[Value, float]:
+    """Return what was measured of each variant [mm]."""
+    sizes = {
+        case.variant: measured_mm(exposure, quantity)
+        for case, exposure in exposures(study)
+        if same_time(exposure.time, time)
+    }
+    return {name: size for name, size in sizes.items() if not math.isnan(size)}
+
+
+def draw_convergence(panels: Sequence[ConvergencePanel], title: str, out: Out) -> None:
     """Draw quantities against 1/NPR, with their limits at infinite resolution.
 
     Panels stand side by side, two in a row. In each the series are levels joined by
@@ -89,37 +164,19 @@ def draw_convergence(panels: Sequence[ConvergencePanel], out_png: Path) -> Path:
     ----------
     panels : sequence of ConvergencePanel
         At least one.
-    out_png : Path
-        Its folder is made where it is missing.
-
-    Returns
-    -------
-    Path
-        The figure.
-
-    Raises
-    ------
-    ValueError
-        If there are no panels.
-    OSError
-        If the figure cannot be written.
+    title : str
+    out : Path or BytesIO
     """
-    if not panels:
-        raise ValueError("no panels to draw")
     columns = min(2, len(panels))
     rows = math.ceil(len(panels) / columns)
-    with mpl.rc_context(STYLE):
-        size = (WIDTH, rows * _PANEL_HEIGHT * (3 - columns) ** 0.5 + 0.5)
-        figure = Figure(figsize=size, dpi=DPI, layout="constrained")
-        grid = figure.subplots(rows, columns, squeeze=False).ravel()
-        for axes, panel in zip(grid, panels, strict=False):
+    height = rows * _PANEL_HEIGHT * (3 - columns) ** 0.5 + 0.3
+    with panel_grid(title, height, rows, columns) as (figure, grid):
+        flat = grid.ravel()
+        for axes, panel in zip(flat, panels, strict=False):
             _draw_panel(axes, panel)
-        for axes in grid[len(panels) :]:
+        for axes in flat[len(panels) :]:
             axes.set_axis_off()
-        figure.supxlabel(textwrap.fill(NOTE, 112), fontsize=7.5, color="0.3")
-        out_png.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(out_png)
-    return out_png
+        finish(figure, (), NOTE, out)
 
 
 def _draw_panel(axes: Axes, panel: ConvergencePanel) -> None:
@@ -129,8 +186,8 @@ def _draw_panel(axes: Axes, panel: ConvergencePanel) -> None:
     axes.set_xlim(-(0.05 + _NUDGE * len(panel.series)) * right, right)
     for k, series in enumerate(panel.series):
         c = series.convergence
-        colour = BODY_COLOURS[k % len(BODY_COLOURS)]
-        marker = _MARKERS[k % len(_MARKERS)]
+        colour = body_colour(k)
+        marker = MARKERS[k % len(MARKERS)]
         label = f"{series.name}: {_behaviour(c)}"
         line: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 4.5}
         axes.plot(1.0 / c.npr, panel.scale * c.values, label=label, **line)

@@ -1,7 +1,7 @@
 """The figure of the error over two parameters, a map for each value of a third."""
 
+import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
@@ -16,8 +16,31 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from mpisph.core.particles import FloatArray
-from mpisph.figures.style import STYLE
-from mpisph.study.plots.panels import finish, new_figure, set_titles
+from mpisph.figures.style import Out
+from mpisph.study.model import FigureSpec, Study, Value
+from mpisph.study.paper.ranges import TOTALS, agreement
+from mpisph.study.plots.axes import (
+    Axis,
+    Clock,
+    axis_of,
+    by_axes,
+    clock_text,
+    is_unstable,
+    status_note,
+    value_at,
+)
+from mpisph.study.plots.panels import (
+    Band,
+    Grid,
+    each_panel,
+    finish,
+    in_rows,
+    panel_grid,
+)
+from mpisph.study.table import Row
+
+DEFAULT_LIMIT = 10.0
+"""Error that a map is centred on where the paper gives no limit [%]."""
 
 LEVELS = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)
 """Classes of a map's colours, as multiples of the limit."""
@@ -47,76 +70,130 @@ class MapPanel(NamedTuple):
     ranges: Sequence[tuple[float, float] | tuple[()] | None]
 
 
-class MapBand(NamedTuple):
-    """Maps that stand beside each other, with a heading."""
-
-    heading: str
-    panels: Sequence[MapPanel]
-
-
 class MapFigure(NamedTuple):
     """Maps of the error.
 
     Attributes
     ----------
     title : str
-    x_label, y_label : str
-    x, y : sequence of str
-        Values along the axes, evenly spaced.
-    y_numbers : sequence of float
-        Those along y as numbers, in ascending order: where ranges are drawn.
+    x, y : Axis
+        Their values are evenly spaced; those of y are numbers in ascending order.
     limit : float
         Error below which cells are outlined, at the middle of the colours [%].
-    bands : sequence of MapBand
+    bands : sequence of Band
     note : str
         Text below the figure.
     """
 
     title: str
-    x_label: str
-    y_label: str
-    x: Sequence[str]
-    y: Sequence[str]
-    y_numbers: Sequence[float]
+    x: Axis
+    y: Axis
     limit: float
-    bands: Sequence[MapBand]
+    bands: Sequence[Band[MapPanel]]
     note: str
 
 
-def draw_map(data: MapFigure, out_png: Path) -> Path:
-    """Draw the error over two parameters, a panel for each value of a third.
+def map_figure(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> MapFigure:
+    """Return what is drawn of the total error over two or three parameters.
 
     Parameters
     ----------
-    data : MapFigure
-    out_png : Path
-        Its folder is made where it is missing.
+    study : Study
+    spec : FigureSpec
+        Of kind ``map``.
+    rows : sequence of dict
+        From `collect`.
 
     Returns
     -------
-    Path
-        The figure.
-
-    Raises
-    ------
-    OSError
-        If the figure cannot be written.
+    MapFigure
     """
-    columns = max(len(band.panels) for band in data.bands)
-    row_height = float(np.clip(0.125 * len(data.y), 1.2, 3.0)) + 0.5
-    norm, colours = _error_colours(data.limit)
-    with mpl.rc_context(STYLE):
-        figure = new_figure(len(data.bands) * row_height + 1.4, data.title)
-        grid = figure.subplots(
-            len(data.bands), columns, squeeze=False, sharex=True, sharey=True
+    x, panels = axis_of(study, spec.x), axis_of(study, spec.panels)
+    y = _ascending(axis_of(study, spec.lines))
+    table = by_axes(rows, (x, y, panels))
+
+    def panel(value: Value, title: str, clock: Clock) -> MapPanel:
+        cells = [[table.get((i, j, value)) for i in x.values] for j in y.values]
+        errors = [[value_at(row, TOTALS[clock]) for row in line] for line in cells]
+        unstable = [[is_unstable(row) for row in line] for line in cells]
+        at = [{x.name: i, panels.name: value} for i in x.values]
+        ranges = [_ends(study, settings, y) for settings in at]
+        return MapPanel(title, np.array(errors), np.array(unstable), ranges)
+
+    bands: list[Band[MapPanel]] = []
+    for clock in spec.clocks:
+        maps = [
+            panel(value, title, clock)
+            for value, title in zip(panels.values, panels.titles(), strict=True)
+        ]
+        heading = clock_text(study, clock) + _alike(study, rows, clock)
+        bands += in_rows(heading, maps)
+    return MapFigure(
+        title=study.file.title,
+        x=x,
+        y=y,
+        limit=study.file.paper.limit_percent or DEFAULT_LIMIT,
+        bands=bands,
+        note=_note(study, rows),
+    )
+
+
+def _ascending(axis: Axis) -> Axis:
+    """Return an axis of numbers with its values in order."""
+    order = np.argsort(axis.numbers())
+    return axis._replace(
+        values=tuple(axis.values[k] for k in order),
+        names=tuple(axis.names[k] for k in order),
+    )
+
+
+def _ends(
+    study: Study, at: dict[str, Value], y: Axis
+) -> tuple[float, float] | tuple[()] | None:
+    """Return the ends of the paper's range along y; infinite where it names none."""
+    for given in study.file.paper.ranges:
+        here = all(at.get(name) == value for name, value in given.at.items())
+        if study.file.paper.parameter != y.name or not here:
+            continue
+        if given.low is None and given.high is None:
+            return ()
+        low = -math.inf if given.low is None else given.low
+        return low, math.inf if given.high is None else given.high
+    return None
+
+
+def _alike(study: Study, rows: Sequence[Row], clock: Clock) -> str:
+    """Return how far the cells agree with the paper."""
+    found = agreement(study, rows, clock)
+    if not found.compared:
+        return ""
+    percent = f"{100 * found.fraction:.0f} %"
+    return f": {percent} of {found.compared} cells as in the paper"
+
+
+def _note(study: Study, rows: Sequence[Row]) -> str:
+    note = "Mean over R_b and L_b of all exposures. "
+    if study.file.paper.ranges:
+        limit = study.file.paper.limit_percent
+        note += (
+            "Bars: the paper's ranges, with an arrow where they have no upper end. A "
+            f"cell is as in the paper where both are below {limit:g} %, or neither. "
         )
-        for axes, band in zip(grid, data.bands, strict=True):
-            for j, panel in enumerate(band.panels):
-                set_titles(axes[j], panel.title, band.heading, first=j == 0)
-                _draw_errors(axes[j], panel, data.limit, norm, colours)
-                _draw_ranges(axes[j], panel, data.y_numbers)
-            for empty in axes[len(band.panels) :]:
-                empty.set_axis_off()
+    return f"{note}Blank: no run. {status_note(rows)}"
+
+
+def draw_map(data: MapFigure, out: Out) -> None:
+    """Draw the error over two parameters, a panel for each value of a third."""
+    columns = max(len(band.panels) for band in data.bands)
+    rows = len(data.bands)
+    height = rows * (float(np.clip(0.125 * len(data.y.values), 1.2, 3.0)) + 0.5) + 1.4
+    norm, colours = _error_colours(data.limit)
+    options = {"sharex": True, "sharey": True}
+    with panel_grid(data.title, height, rows, columns, **options) as (figure, grid):
+        for place in each_panel(grid, data.bands):
+            (axes,) = place.axes
+            _draw_errors(axes, place.panel, data.limit, norm, colours)
+            _draw_ranges(axes, place.panel, data.y.numbers())
         _label_maps(grid, data)
         bar = figure.colorbar(
             ScalarMappable(norm, colours),
@@ -129,7 +206,7 @@ def draw_map(data: MapFigure, out_png: Path) -> Path:
             format="%g",
         )
         bar.set_label("mean of the absolute errors [%]")
-        return finish(figure, _handles(data), data.note, out_png)
+        finish(figure, _handles(data), data.note, out)
 
 
 def _error_colours(limit: float) -> tuple[BoundaryNorm, Colormap]:
@@ -222,20 +299,19 @@ def _index_of(value: float, numbers: Sequence[float]) -> float:
     return float(np.interp(value, numbers, np.arange(n)))
 
 
-def _label_maps(grid: npt.NDArray[np.object_], data: MapFigure) -> None:
-    crowded = grid.shape[1] * len(data.x) > 30
-    step = 1 + (len(data.y) - 1) // 12
+def _label_maps(grid: Grid, data: MapFigure) -> None:
+    x, y = data.x.names, data.y.names
+    crowded = grid.shape[1] * len(x) > 30
+    step = 1 + (len(y) - 1) // 12
     for axes in grid.ravel():
         axes.tick_params(length=0, labelsize=7.5)
     for axes in grid[-1]:
-        names = range(len(data.x))
-        axes.set_xticks(names, data.x, rotation=90 if crowded else 0)
-        axes.set_xlabel(data.x_label, parse_math=False)
+        axes.set_xticks(range(len(x)), x, rotation=90 if crowded else 0)
+        axes.set_xlabel(data.x.label, parse_math=False)
     for axes in grid[:, 0]:
         # Counted from the second, as 0.5 1.0 1.5 ... gives whole numbers.
-        where = range(step - 1, len(data.y), step)
-        axes.set_yticks(where, [data.y[k] for k in where])
-        axes.set_ylabel(data.y_label, parse_math=False)
+        axes.set_yticks(range(step - 1, len(y), step), y[step - 1 :: step])
+        axes.set_ylabel(data.y.label, parse_math=False)
 
 
 def _handles(data: MapFigure) -> list[Any]:
