@@ -4,7 +4,7 @@ import json
 import sys
 
 import pytest
-from launch import CASES, MPISPH, launch
+from launch import CASES, MPISPH, call, launch
 
 from mpisph.case import load_case
 from mpisph.io.snapshot import read_series, read_snapshot
@@ -46,7 +46,8 @@ def test_run_writes_every_file_of_a_run(tmp_path):
 
 def test_one_and_three_ranks_write_the_same_files(tmp_path):
     for ranks in (1, 3):
-        done = launch(ranks, MPISPH, "run", SHOT, *SHORT, "-o", tmp_path / f"{ranks}")
+        options = ("--set", "output.figures=false", "-o", tmp_path / f"{ranks}")
+        done = launch(ranks, MPISPH, "run", SHOT, *SHORT, *options)
         assert done.returncode == 0, done.stderr
     names = [p.name for p, _ in read_series(tmp_path / "1")]
     assert len(names) == 3
@@ -98,7 +99,7 @@ def test_bad_input_is_told_once_with_its_place_and_exit_code_2(tmp_path):
     ],
 )
 def test_mistakes_exit_with_code_2(arguments, text):
-    done = launch(1, MPISPH, *arguments)
+    done = call(*arguments)
     assert done.returncode == 2
     assert text in done.stderr
     assert "Traceback" not in done.stderr
@@ -148,7 +149,7 @@ def test_mistakes_of_several_cases_are_reported_together(tmp_path):
 
 def test_scaling_prints_a_table():
     small = ("--set", "resolution.npr=8", "--parts", "4", "--parts", "9")
-    done = launch(1, MPISPH, "scaling", SHOT, *small)
+    done = call("scaling", SHOT, *small)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0].startswith("| parts | cut |")
@@ -203,9 +204,9 @@ def test_the_cache_is_shown_and_cleared(tmp_path):
 
 def test_figures_are_drawn_again(tmp_path):
     options = (*SHORT, "--set", "output.figures=false", "-o", tmp_path)
-    assert launch(1, MPISPH, "run", SHOT, *options).returncode == 0
+    assert call("run", SHOT, *options).returncode == 0
     assert not (tmp_path / "figures").exists()
-    done = launch(1, MPISPH, "figures", tmp_path)
+    done = call("figures", tmp_path)
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.split()) == len(list(tmp_path.glob("figures/*.png"))) == 3
 
@@ -223,7 +224,7 @@ def test_a_folder_of_no_run_is_an_error(tmp_path, command, text):
 @pytest.mark.parametrize("options", [("--dry-run",), ()])
 def test_absurd_sizes_are_refused_before_anything_is_made(tmp_path, options):
     huge = ("--set", "resolution.npr=100000", "-o", tmp_path / "run")
-    done = launch(1, MPISPH, "run", SHOT, *huge, *options)
+    done = call("run", SHOT, *huge, *options)
     assert done.returncode == 2
     assert "expected at most 1e+09" in done.stderr
     assert not (tmp_path / "run").exists()
@@ -274,7 +275,7 @@ def clocked(tmp_path_factory):
     for path in cases:
         path.write_text(text.replace("npr = 10\n", f"npr = {path.stem[3:]}\n"))
     options = ("--set", "output.figures=false", "-o", top)
-    done = launch(1, MPISPH, "run", *cases, *options)
+    done = call("run", *cases, *options)
     assert done.returncode == 0, done.stderr
     return top
 
@@ -293,12 +294,12 @@ def test_clock_fits_one_run_and_draws_into_its_folder(clocked):
 def test_clock_of_two_runs_has_a_numerical_uncertainty(clocked, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     folders = clocked / "npr5", clocked / "npr4"
-    done = launch(1, MPISPH, "clock", *folders)
+    done = call("clock", *folders)
     assert done.returncode == 0, done.stderr
     assert "of NPR 5 (the finest)" in done.stdout
     assert "half of the spread of two runs" in done.stdout
     assert (tmp_path / "clock.png").exists()
-    done = launch(1, MPISPH, "clock", *folders, "--npr", "4", "-o", "here/c.png")
+    done = call("clock", *folders, "--npr", "4", "-o", "here/c.png")
     assert "of NPR 4 (as asked)" in done.stdout
     assert (tmp_path / "here" / "c.png").exists()
 
@@ -309,6 +310,6 @@ def test_clock_says_what_it_cannot_use(clocked, tmp_path):
     assert done.stderr.count("name one run for each resolution") == 1
     assert "Traceback" not in done.stderr
     (tmp_path / "case.toml").write_text((clocked / "npr4" / "case.toml").read_text())
-    done = launch(1, MPISPH, "clock", clocked / "npr4", tmp_path)
+    done = call("clock", clocked / "npr4", tmp_path)
     assert done.returncode == 1
     assert f"{tmp_path}: not a completed run" in done.stderr
