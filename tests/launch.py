@@ -1,9 +1,12 @@
 """Starting programs under mpirun from a test."""
 
+import contextlib
+import io
 import os
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import patch
 
 TOP = Path(__file__).parents[1]
 CASES = TOP / "cases"
@@ -41,3 +44,22 @@ def launch(ranks, *command, timeout=120, **more):
         timeout=timeout,
         check=False,
     )
+
+
+def call(*arguments):
+    """Run mpisph in this process, as one rank, and return what `launch` would.
+
+    A launch takes over a second, most of it for imports.
+    """
+    from mpisph.cli.main import _run
+    from mpisph.run.signals import SignalHandler
+
+    out, err = io.StringIO(), io.StringIO()
+    words = ["mpisph", *map(str, arguments)]
+    with (
+        patch.object(sys, "argv", words),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        code = _run(SignalHandler(), first=True)
+    return subprocess.CompletedProcess(words, code, out.getvalue(), err.getvalue())

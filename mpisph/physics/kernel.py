@@ -4,8 +4,9 @@ Every function is branch-free, so that the pair loop vectorises. Notation: ``xi 
 2 r_a r_b / h^2``; ``I0`` and ``I1`` are modified Bessel functions of `xi`. Of a pair
 the averages over the angle are ``A0 = <W>``, ``A1 = <W cos>``, ``s2 = <W sin^2>`` and
 ``q = 1 - A1/A0``, with ``ratio = xi q``. The polynomials are Chebyshev fits computed at
-60 digits and as short as a relative error of 1e-12 in each allows: that is far below
-what the scheme can see, and every further coefficient costs the pair loop a hundredth.
+60 digits (scripts/kernel_coefficients.py) and as short as a relative error of 1e-12 in
+each allows: that is far below what the scheme can see, and every further coefficient
+costs the pair loop a hundredth.
 Their errors are stated beside them, and the tests compare with scipy and with 50
 digits over the whole range. They are summed in pairs (Estrin): the loop waits for the
 longest chain of dependent operations.

@@ -2,14 +2,14 @@
 
 import json
 
-from launch import CASES, MPISPH, launch
+from launch import CASES, MPISPH, call, launch
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 
 
 def test_scaling_prints_a_table():
     small = ("--set", "resolution.npr=8", "--parts", "4", "--parts", "9")
-    done = launch(1, MPISPH, "scaling", SHOT, *small)
+    done = call("scaling", SHOT, *small)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0].startswith("| parts | cut |")

@@ -3,7 +3,7 @@
 import sys
 
 import pytest
-from launch import CASES, MPISPH, launch
+from launch import CASES, call, launch
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 
@@ -30,7 +30,7 @@ SHOT = CASES / "piekutowski-4-1353.toml"
     ],
 )
 def test_mistakes_exit_with_code_2(arguments, text):
-    done = launch(1, MPISPH, *arguments)
+    done = call(*arguments)
     assert done.returncode == 2
     assert text in done.stderr
     assert "Traceback" not in done.stderr

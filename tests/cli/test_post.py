@@ -1,7 +1,7 @@
 """What the commands say and draw of runs."""
 
 import pytest
-from launch import CASES, MPISPH, launch
+from launch import CASES, MPISPH, call, launch
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 SHORT = ("--set", "resolution.npr=4", "--set", "time.end=1.2us")
@@ -9,9 +9,9 @@ SHORT = ("--set", "resolution.npr=4", "--set", "time.end=1.2us")
 
 def test_figures_are_drawn_again(tmp_path):
     options = (*SHORT, "--set", "output.figures=false", "-o", tmp_path)
-    assert launch(1, MPISPH, "run", SHOT, *options).returncode == 0
+    assert call("run", SHOT, *options).returncode == 0
     assert not (tmp_path / "figures").exists()
-    done = launch(1, MPISPH, "figures", tmp_path)
+    done = call("figures", tmp_path)
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.split()) == len(list(tmp_path.glob("figures/*.png"))) == 3
 
@@ -47,7 +47,7 @@ def clocked(tmp_path_factory):
     for path in cases:
         path.write_text(text.replace("npr = 10\n", f"npr = {path.stem[3:]}\n"))
     options = ("--set", "output.figures=false", "-o", top)
-    done = launch(1, MPISPH, "run", *cases, *options)
+    done = call("run", *cases, *options)
     assert done.returncode == 0, done.stderr
     return top
 
@@ -66,12 +66,12 @@ def test_clock_fits_one_run_and_draws_into_its_folder(clocked):
 def test_clock_of_two_runs_has_a_numerical_uncertainty(clocked, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     folders = clocked / "npr5", clocked / "npr4"
-    done = launch(1, MPISPH, "clock", *folders)
+    done = call("clock", *folders)
     assert done.returncode == 0, done.stderr
     assert "of NPR 5 (the finest)" in done.stdout
     assert "half of the spread of two runs" in done.stdout
     assert (tmp_path / "clock.png").exists()
-    done = launch(1, MPISPH, "clock", *folders, "--npr", "4", "-o", "here/c.png")
+    done = call("clock", *folders, "--npr", "4", "-o", "here/c.png")
     assert "of NPR 4 (as asked)" in done.stdout
     assert (tmp_path / "here" / "c.png").exists()
 
@@ -82,6 +82,6 @@ def test_clock_says_what_it_cannot_use(clocked, tmp_path):
     assert done.stderr.count("name one run for each resolution") == 1
     assert "Traceback" not in done.stderr
     (tmp_path / "case.toml").write_text((clocked / "npr4" / "case.toml").read_text())
-    done = launch(1, MPISPH, "clock", clocked / "npr4", tmp_path)
+    done = call("clock", clocked / "npr4", tmp_path)
     assert done.returncode == 1
     assert f"{tmp_path}: not a completed run" in done.stderr

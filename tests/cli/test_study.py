@@ -3,7 +3,7 @@
 import csv
 
 import pytest
-from launch import MPISPH, launch
+from launch import MPISPH, call, launch
 from studies import UNSTABLE, small_study
 
 TEXT = small_study("0.2 us", variants=(("sound", ""), ("unstable", UNSTABLE)))
@@ -19,16 +19,8 @@ def folder(tmp_path_factory):
 
 def study(folder, *arguments, ranks=1):
     command, *rest = arguments
-    return launch(
-        ranks,
-        MPISPH,
-        "study",
-        command,
-        folder / "small.toml",
-        "-o",
-        folder / "runs",
-        *rest,
-    )
+    words = ("study", command, folder / "small.toml", "-o", folder / "runs", *rest)
+    return call(*words) if ranks == 1 else launch(ranks, MPISPH, *words)
 
 
 def test_from_to_do_to_a_table(folder):
@@ -89,7 +81,7 @@ def test_a_mistake_in_the_file_is_named_with_its_line(folder, tmp_path):
 
 
 def test_claims_that_wait_for_runs_say_so(tmp_path):
-    done = launch(1, MPISPH, "study", "claims", "-o", tmp_path, "--markdown")
+    done = call("study", "claims", "-o", tmp_path, "--markdown")
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0] == "| claim | verdict | figure |"

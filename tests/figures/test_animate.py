@@ -9,7 +9,7 @@ from itertools import pairwise
 import imageio_ffmpeg
 import numpy as np
 import pytest
-from launch import MPISPH, launch
+from launch import MPISPH, call, launch
 from small_runs import EXPOSED, small_run
 
 from mpisph.core.errors import MpisphError
@@ -149,6 +149,6 @@ def test_the_command_writes_into_the_runs_folder(folder, tmp_path):
     assert done.returncode == 0, done.stderr
     assert done.stdout == f"{copy / 'film.mp4'}\n"
     assert read(copy / "film.mp4")[0]["fps"] == 10.0
-    done = launch(1, MPISPH, "animate", tmp_path)
+    done = call("animate", tmp_path)
     assert done.returncode == 1
     assert "is it a run's folder?" in done.stderr

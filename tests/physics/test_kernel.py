@@ -1,9 +1,13 @@
 """R1: the kernel averaged over the angle, against 50 digits, scipy and quadrature."""
 
+import ast
+import inspect
+import runpy
 from decimal import Decimal
 
 import numpy as np
 import pytest
+from launch import TOP
 from oracles import (
     PI,
     approx,
@@ -14,6 +18,7 @@ from oracles import (
 )
 from scipy.special import ive
 
+from mpisph.physics import kernel
 from mpisph.physics.kernel import (
     PI_POW,
     XI_FAR,
@@ -183,6 +188,25 @@ def test_polynomials_are_as_good_as_they_state():
             PI_POW * float(i0 * Decimal(xi).sqrt()), rel=3e-13
         )
         assert ratio_far(1.0 / xi) == approx(float(q * Decimal(xi)), rel=6e-13)
+
+
+# What exp_minus holds besides: 1/ln 2, ln 2, and the number that rounds.
+REDUCTION = {1.4426950408889634, 0.6931471805599453, 6755399441055744.0}
+
+
+@pytest.mark.parametrize(
+    "name", ["exp_minus", "i0_far", "ratio_far", "i0_near", "i1_near"]
+)
+def test_coefficients_are_those_that_the_script_makes(name):
+    """To the last digit; their signs and places are tested by the accuracy above."""
+    script = runpy.run_path(str(TOP / "scripts" / "kernel_coefficients.py"))
+    wanted, error = script["fit"](name)
+    module = ast.parse(inspect.getsource(kernel))
+    (function,) = (n for n in module.body if getattr(n, "name", None) == name)
+    constants = [n.value for n in ast.walk(function) if isinstance(n, ast.Constant)]
+    held = [c for c in constants if isinstance(c, float) and c not in REDUCTION]
+    assert sorted(held) == sorted(abs(c) for c in wanted)
+    assert error < 1.2e-12
 
 
 def test_the_gaussian_has_unit_volume():

@@ -7,7 +7,7 @@ import shutil
 import h5py
 import numpy as np
 import pytest
-from launch import CASES, MPISPH, launch
+from launch import CASES, MPISPH, call, launch
 from PIL import Image
 from report_pages import Page, assert_links_lead_somewhere, assert_nothing_is_fetched
 from small_runs import EXPOSED, small_run, unended
@@ -271,9 +271,9 @@ def test_the_command_writes_into_the_run_or_the_current_folder(
     here = tmp_path / "here"
     here.mkdir()
     monkeypatch.chdir(here)
-    done = launch(1, MPISPH, "report", folder, folder)
+    done = call("report", folder, folder)
     assert done.returncode == 0, done.stderr
     assert (here / "report.html").exists()
-    done = launch(1, MPISPH, "report", tmp_path)
+    done = call("report", tmp_path)
     assert done.returncode == 1
     assert f"{tmp_path}: no status.json" in done.stderr

@@ -4,7 +4,7 @@ import json
 import shutil
 
 import pytest
-from launch import CASES, MPISPH, launch
+from launch import CASES, MPISPH, call, launch
 from mpi4py import MPI
 from PIL import Image
 from report_pages import Page, assert_links_lead_somewhere, assert_nothing_is_fetched
@@ -466,7 +466,7 @@ def test_the_command_takes_studies_and_runs(made, tmp_path, monkeypatch):
     path, _, _ = made
     root = tmp_path / "empty"
     monkeypatch.chdir(tmp_path)
-    done = launch(1, MPISPH, "report", path, "--runs", root)
+    done = call("report", path, "--runs", root)
     assert done.returncode == 0, done.stderr
     assert done.stdout == f"{root / 'studies' / 'small' / 'report.html'}\n"
     done = launch(2, MPISPH, "report", path, path, "--runs", root)
