@@ -66,7 +66,7 @@ class Page(HTMLParser):
         return next(r[1] for rows in self.tables for r in rows if r[0] == name)
 
     def pictures(self):
-        prefix = "data:image/png;base64,"
+        prefix = "data:image/webp;base64,"
         sources = self.all("img", "src")
         assert all(source.startswith(prefix) for source in sources)
         files = [base64.b64decode(source.removeprefix(prefix)) for source in sources]
@@ -80,7 +80,7 @@ def assert_nothing_is_fetched(page):
     for tag, attributes in page.attributes:
         for name, value in attributes.items():
             if name in {"src", "href", "srcset", "action"}:
-                inside = value.startswith(("data:image/png;base64,", "#"))
+                inside = value.startswith(("data:image/webp;base64,", "#"))
                 assert inside, (tag, name, value[:80])
 
 

@@ -92,7 +92,7 @@ def animate_command(folder: Path, output: Path | None, fps: float | None) -> Non
     More frames need more snapshots: `mpisph run CASE --set output.every=0.1us`. The
     program ffmpeg comes with `pip install "mpisph[animate]"`.
     """
-    from mpisph.figures.animate import FILM_FILE, animate
+    from mpisph.figures.movie import FILM_FILE, animate
 
     film = output or folder / FILM_FILE
     click.echo(from_root(MPI.COMM_WORLD, lambda: animate(folder, film, fps)))

@@ -20,7 +20,7 @@ from mpisph.analysis.clock_offset import (
     conclude,
     covered_offsets,
 )
-from mpisph.figures.style import BODY_COLOURS, DPI, STYLE, WIDTH
+from mpisph.figures.style import DPI, STYLE, WIDTH, body_colour, save
 
 HEIGHT = 7.4
 """Height of the figure [in]."""
@@ -76,8 +76,7 @@ def draw_clock(
         above.set_title(title, loc="left", parse_math=False)
         _draw_errors(above, ordered, conclusion)
         _draw_sizes(below, ordered, conclusion)
-        out_png.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(out_png)
+        save(figure, out_png)
     return out_png
 
 
@@ -186,4 +185,4 @@ def _draw_sizes(
 
 def _colours(runs: Sequence[ClockRun]) -> list[str]:
     """Return a colour for each run."""
-    return [BODY_COLOURS[k % len(BODY_COLOURS)] for k in range(len(runs))]
+    return [body_colour(k) for k in range(len(runs))]

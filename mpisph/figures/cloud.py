@@ -1,21 +1,16 @@
 """Figures of the debris cloud, beside the measured one."""
 
 import math
-import textwrap
 import tomllib
 from pathlib import Path
-from typing import NamedTuple
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mpisph.case import Case, Plate, case_from_dict
+from mpisph.case import Case, case_from_dict
 from mpisph.case.sections import Exposure
-from mpisph.case.times import same_time
-from mpisph.core.particles import FloatArray
 from mpisph.diagnostics.cloud import (
     CloudDefinition,
     CloudErrors,
@@ -23,10 +18,8 @@ from mpisph.diagnostics.cloud import (
     cloud_definition,
     compare,
     in_cloud,
-    measure_arrays,
 )
 from mpisph.figures.style import (
-    BODY_COLOURS,
     BOX,
     COMPUTED,
     DPI,
@@ -34,45 +27,24 @@ from mpisph.figures.style import (
     REAR_FACE,
     STYLE,
     WIDTH,
+    Out,
+    save,
+)
+from mpisph.figures.view import (
+    View,
+    choose_view,
+    draw_particles,
+    exposure_at,
+    measure_cloud,
+    only_finite,
+    set_limits,
+    title_lines,
 )
 from mpisph.io.snapshot import Snapshot, read_series, read_snapshot
 
 FIGURES_FOLDER = "figures"
 
 _NO_ERRORS = CloudErrors(None, None)
-
-_MOST_POINTS = 400_000
-# More points than this in a figure of 1400 pixels only cover each other.
-
-_STRAY = 0.002
-# Fraction of what moves that may fall outside of the limits at each end.
-
-_NOT_STRAY = 1.3
-# An outermost particle within this multiple of the robust figure is shown.
-
-
-class View(NamedTuple):
-    """Limits of the axes, mirrored about the axis of symmetry [mm].
-
-    Attributes
-    ----------
-    z_low, z_high : float
-    r_high : float
-        Both upwards and downwards.
-    """
-
-    z_low: float
-    z_high: float
-    r_high: float
-
-    @property
-    def aspect(self) -> float:
-        """Height over width."""
-        return 2.0 * self.r_high / (self.z_high - self.z_low)
-
-    def shows(self, z: FloatArray, r: FloatArray) -> npt.NDArray[np.bool_]:
-        """Say which of the particles [mm] are within the limits."""
-        return (z >= self.z_low) & (z <= self.z_high) & (r <= self.r_high)
 
 
 def draw_run(folder: Path) -> list[Path]:
@@ -116,32 +88,10 @@ def _figure_names(times: list[float]) -> list[str]:
     return names
 
 
-def exposure_at(case: Case, time: float) -> Exposure | None:
-    """Return the exposure of a case that is to be compared at a time, if any.
-
-    Parameters
-    ----------
-    case : Case
-    time : float
-        Nominal, or with the clock offset added [s].
-
-    Returns
-    -------
-    Exposure or None
-    """
-    if case.measured is None:
-        return None
-    for exposure in case.measured.exposures:
-        for shift in (0.0, case.measured.clock_offset):
-            if same_time(time, exposure.time + shift):
-                return exposure
-    return None
-
-
 def draw_cloud(
     snapshot_path: Path,
     case: Case,
-    out_png: Path,
+    out: Out,
     measure: CloudMeasure | None = None,
     exposure: Exposure | None = None,
 ) -> None:
@@ -151,8 +101,7 @@ def draw_cloud(
     ----------
     snapshot_path : Path
     case : Case
-    out_png : Path
-        Its folder is made where it is missing.
+    out : Path or BytesIO
     measure : CloudMeasure, optional
         By default the cloud is measured from the snapshot.
     exposure : Exposure, optional
@@ -164,11 +113,9 @@ def draw_cloud(
         If the snapshot cannot be read or the figure cannot be written.
     """
     snapshot = only_finite(read_snapshot(snapshot_path))
-    a = snapshot.arrays
     definition = cloud_definition(case)
-    if measure is None:
-        measure = measure_arrays(a["id"], a["r"], a["z"], a["u_z"], a["m"], definition)
-    view = choose_view(snapshot, case, definition, measure, exposure)
+    measure = measure or measure_cloud(snapshot, case)
+    view = choose_view(snapshot, case, exposure, measure)
     lines = title_lines(case, snapshot.time, exposure)
     with mpl.rc_context(STYLE):
         figure, axes = _make_axes(view, len(lines), max(len(case.bodies) + 1, 3))
@@ -184,99 +131,7 @@ def draw_cloud(
             bbox_to_anchor=(axes.get_position().x0 - 0.01, 0.0),
             ncols=1 if exposure is None else 2,
         )
-        out_png.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(out_png)
-
-
-def only_finite(snapshot: Snapshot) -> Snapshot:
-    """Leave out particles of which a number is not finite.
-
-    The last snapshot of an unstable run may have such; they lie nowhere.
-
-    Parameters
-    ----------
-    snapshot : Snapshot
-
-    Returns
-    -------
-    Snapshot
-        The same where all is finite.
-    """
-    sound = np.logical_and.reduce([np.isfinite(x) for x in snapshot.arrays.values()])
-    if sound.all():
-        return snapshot
-    return snapshot._replace(arrays={n: x[sound] for n, x in snapshot.arrays.items()})
-
-
-def choose_view(
-    snapshot: Snapshot,
-    case: Case,
-    definition: CloudDefinition,
-    measure: CloudMeasure,
-    exposure: Exposure | None,
-    headroom: float = 1.4,
-) -> View:
-    """Choose limits that hold the plate, the cloud and what was measured.
-
-    Strays are left to fall outside: the robust measures decide, and where they
-    lie near them the outermost ones.
-
-    Parameters
-    ----------
-    snapshot : Snapshot
-    case : Case
-    definition : CloudDefinition
-    measure : CloudMeasure
-    exposure : Exposure or None
-    headroom : float, optional
-        Height of the view over that of the cloud; by default there is room above it
-        for labels.
-
-    Returns
-    -------
-    View
-    """
-    ends, sides = [], []
-    for body in case.bodies:
-        if isinstance(body, Plate):
-            ends += [body.position, body.rear_face]
-    if measure.mass > 0.0:
-        ends.append(
-            definition.rear + _without_stray(measure.length, measure.length_robust)
-        )
-        sides.append(_without_stray(measure.radius, measure.radius_robust))
-    else:
-        z, r = _moving_extent(snapshot, definition)
-        ends += z
-        sides.append(r)
-    if exposure is not None:
-        ends.append(definition.rear + (exposure.length or 0.0))
-        sides.append(exposure.radius or 0.0)
-    return _round_view(min(ends) * 1e3, max(ends) * 1e3, max(sides) * 1e3, headroom)
-
-
-def _without_stray(outermost: float, robust: float) -> float:
-    return outermost if outermost <= _NOT_STRAY * robust else robust
-
-
-def _moving_extent(
-    snapshot: Snapshot, definition: CloudDefinition
-) -> tuple[list[float], float]:
-    """Return the range in z and the radius [m] of what moves, but for a few strays."""
-    a = snapshot.arrays
-    moving = np.hypot(a["u_r"], a["u_z"]) > definition.min_velocity
-    if not moving.any():
-        moving[:] = True
-    z = np.quantile(a["z"][moving], [_STRAY, 1.0 - _STRAY]).tolist()
-    return z, float(np.quantile(a["r"][moving], 1.0 - _STRAY))
-
-
-def _round_view(z_low: float, z_high: float, r_high: float, headroom: float) -> View:
-    """Add margins [mm], and length or height where the figure would be a strip."""
-    span = max(z_high - z_low, 2.2 * r_high, 1e-6)
-    missing = 0.5 * (span - (z_high - z_low))
-    r_high = max(headroom * r_high, 0.3 * span)
-    return View(z_low - missing - 0.15 * span, z_high + missing + 0.1 * span, r_high)
+        save(figure, out)
 
 
 def _make_axes(view: View, title_lines: int, legend_lines: int) -> tuple[Figure, Axes]:
@@ -293,76 +148,6 @@ def _make_axes(view: View, title_lines: int, legend_lines: int) -> tuple[Figure,
     axes.set_xlabel("axial position z [mm]", loc="left")
     axes.set_ylabel("radius r [mm]")
     return figure, axes
-
-
-def set_limits(axes: Axes, view: View) -> None:
-    """Give axes the limits of a view, and draw in the axis of symmetry.
-
-    Parameters
-    ----------
-    axes : Axes
-        Of the view's aspect.
-    view : View
-    """
-    axes.set_xlim(view.z_low, view.z_high)
-    axes.set_ylim(-view.r_high, view.r_high)
-    axes.yaxis.set_major_formatter(lambda r, _: f"{abs(r):g}")
-    axes.axhline(0.0, color="0.6", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)), zorder=1)
-
-
-def draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> None:
-    """Draw every body's particles as dots of the size of the spacing.
-
-    Parameters
-    ----------
-    axes : Axes
-        With the limits of the view; its legend gets an entry for each body.
-    snapshot : Snapshot
-    case : Case
-    view : View
-        What is outside of it is not drawn.
-    """
-    a = snapshot.arrays
-    z, r = a["z"] * 1e3, a["r"] * 1e3
-    every = 1 + len(z) // _MOST_POINTS
-    drawn = view.shows(z, r) & (a["id"] % every == 0)
-    points_per_mm = axes.bbox.width * 72.0 / DPI / (view.z_high - view.z_low)
-    # Each dot stands for `every` particles and covers their area.
-    size = case.spacing * 1e3 * every**0.5 * points_per_mm
-    size = max(size, smallest_dot(len(z)))
-    for index, body in enumerate(case.bodies):
-        mine = drawn & (a["body"] == index)
-        colour = BODY_COLOURS[index % len(BODY_COLOURS)]
-        axes.plot(
-            np.concatenate([z[mine], z[mine]]),
-            np.concatenate([r[mine], -r[mine]]),
-            linestyle="none",
-            marker="o",
-            markersize=size,
-            markeredgewidth=0.0,
-            color=colour,
-            rasterized=True,
-            zorder=2,
-        )
-        count = f"{np.count_nonzero(a['body'] == index):,}".replace(",", "\u2009")
-        label = f"{body.name} ({count} particles)"
-        axes.plot([], [], "o", markersize=6.0, color=colour, label=label)
-
-
-def smallest_dot(n: int) -> float:
-    """Return a diameter at which few dots do not fade and many do not merge.
-
-    Parameters
-    ----------
-    n : int
-        Number of particles.
-
-    Returns
-    -------
-    float
-        [pt], in a figure as wide as `WIDTH`.
-    """
-    return min(max(120.0 / math.sqrt(max(n, 1)), 0.5), 1.8)
 
 
 def _draw_rear_face(axes: Axes, definition: CloudDefinition) -> None:
@@ -466,38 +251,6 @@ def _percent(error: float) -> str:
     """Return a signed percentage of at most six characters."""
     percent = 100.0 * error
     return f"{percent:+.{int(abs(percent) < 100.0)}f} %".replace("-", "\u2212")
-
-
-def title_lines(case: Case, time: float, exposure: Exposure | None) -> list[str]:
-    """Return the case's title, and the time with the reading of the clock.
-
-    Parameters
-    ----------
-    case : Case
-    time : float
-        [s].
-    exposure : Exposure or None
-        What was exposed at that time.
-
-    Returns
-    -------
-    list of str
-        Lines of at most 88 characters.
-    """
-    lines = textwrap.wrap(case.title, 88)
-    when = f"t = {time * 1e6:.2f} µs after first contact"
-    if exposure is not None:
-        nominal = f"{exposure.time * 1e6:g} µs"
-        offset = time - exposure.time
-        if same_time(time, exposure.time):
-            when += f": the exposure at nominal {nominal}, no clock offset"
-        else:
-            sign = "+" if offset > 0 else "\u2212"
-            when += (
-                f": the exposure at nominal {nominal} {sign} "
-                f"{abs(offset) * 1e6:.2f} µs clock offset"
-            )
-    return [*lines, when]
 
 
 def _add_hidden_count(

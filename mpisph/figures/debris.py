@@ -1,7 +1,6 @@
 """Figures of the debris: a synthetic radiograph, the spray, and the fragments."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -20,9 +19,9 @@ from mpisph.diagnostics.cloud import (
     CloudDefinition,
     cloud_definition,
     in_cloud,
-    measure_arrays,
 )
-from mpisph.figures.cloud import (
+from mpisph.figures.style import COMPUTED, DPI, STYLE, WIDTH, Out, body_colour, save
+from mpisph.figures.view import (
     View,
     choose_view,
     draw_particles,
@@ -30,7 +29,6 @@ from mpisph.figures.cloud import (
     set_limits,
     title_lines,
 )
-from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE, WIDTH
 from mpisph.io.snapshot import Snapshot
 
 Arrays = dict[str, npt.NDArray[Any]]
@@ -68,7 +66,7 @@ _KG_M2 = 0.1
 def draw_radiograph(
     snapshot: Snapshot,
     case: Case,
-    out_png: Path,
+    out: Out,
     mass_attenuation: float = ALUMINIUM_80_KEV,
 ) -> None:
     """Draw a synthetic flash radiograph above the particles, in one scale.
@@ -82,8 +80,7 @@ def draw_radiograph(
     ----------
     snapshot : Snapshot
     case : Case
-    out_png : Path
-        Its folder is made where it is missing.
+    out : Path or BytesIO
     mass_attenuation : float, optional
         [m2/kg]; see `radiograph.transmission`.
 
@@ -92,16 +89,14 @@ def draw_radiograph(
     OSError
         If the figure cannot be written.
     """
-    a, definition = snapshot.arrays, cloud_definition(case)
-    measure = measure_arrays(a["id"], a["r"], a["z"], a["u_z"], a["m"], definition)
     exposure = exposure_at(case, snapshot.time)
-    view = choose_view(snapshot, case, definition, measure, exposure, headroom=1.12)
+    view = choose_view(snapshot, case, exposure, headroom=1.12)
     lines = title_lines(case, snapshot.time, exposure)
     lines.append("above: synthetic flash radiograph; below: the particles")
     with mpl.rc_context(STYLE):
         figure, film, particles, bar = _make_panels(view, len(lines), len(case.bodies))
         film.set_title("\n".join(lines), loc="left", parse_math=False)
-        image = _draw_film(film, a, definition, view, mass_attenuation)
+        image = _draw_film(film, snapshot, case, view, mass_attenuation)
         film.set_ylabel("lateral distance y [mm]")
         figure.colorbar(
             image, bar, extend="max", label="areal density along the ray [g/cm²]"
@@ -124,7 +119,7 @@ def draw_radiograph(
             fontsize=7.5,
             color="0.3",
         )
-        _save(figure, out_png)
+        save(figure, out)
 
 
 def _make_panels(
@@ -152,12 +147,13 @@ def _make_panels(
 
 def _draw_film(
     axes: Axes,
-    arrays: Arrays,
-    definition: CloudDefinition,
+    snapshot: Snapshot,
+    case: Case,
     view: View,
     mass_attenuation: float,
 ) -> Any:
     """Draw the areal density [g/cm2] in greys, and return the image."""
+    arrays, definition = snapshot.arrays, cloud_definition(case)
     pixel = 1e-3 * (view.z_high - view.z_low) / _FILM_PIXELS
     window = (
         (1e-3 * view.z_low, 1e-3 * view.z_high),
@@ -199,15 +195,14 @@ def _subject(arrays: Arrays, definition: CloudDefinition) -> Arrays:
     return {name: x[subject] for name, x in arrays.items()}
 
 
-def draw_spray(snapshot: Snapshot, case: Case, out_png: Path) -> None:
+def draw_spray(snapshot: Snapshot, case: Case, out: Out) -> None:
     """Draw mass and momentum of all that moves against its direction.
 
     Parameters
     ----------
     snapshot : Snapshot
     case : Case
-    out_png : Path
-        Its folder is made where it is missing.
+    out : Path or BytesIO
 
     Raises
     ------
@@ -235,7 +230,7 @@ def draw_spray(snapshot: Snapshot, case: Case, out_png: Path) -> None:
         axes.set_xlim(0.0, 180.0)
         axes.set_xticks(range(0, 181, 15))
         axes.set_xlabel("angle between velocity and axis [°]: 0 along +z, 180 back")
-        _save(figure, out_png)
+        save(figure, out)
 
 
 def _draw_bins(
@@ -245,7 +240,7 @@ def _draw_bins(
     per_degree = values / np.diff(spray.edges)
     base = np.zeros(per_degree.shape[1])
     for index, (name, row) in enumerate(zip(names, per_degree, strict=True)):
-        colour = BODY_COLOURS[index % len(BODY_COLOURS)]
+        colour = body_colour(index)
         label = f"{name} ({1e3 * spray.mass[index].sum():.3g} g)"
         axes.stairs(
             base + row,
@@ -260,15 +255,14 @@ def _draw_bins(
     axes.set_ylabel(quantity)
 
 
-def draw_fragments(snapshot: Snapshot, case: Case, out_png: Path) -> None:
+def draw_fragments(snapshot: Snapshot, case: Case, out: Out) -> None:
     """Draw the fragments' masses against velocity, and how many are heavier.
 
     Parameters
     ----------
     snapshot : Snapshot
     case : Case
-    out_png : Path
-        Its folder is made where it is missing.
+    out : Path or BytesIO
 
     Raises
     ------
@@ -298,7 +292,7 @@ def draw_fragments(snapshot: Snapshot, case: Case, out_png: Path) -> None:
                 axes.set(xticks=[], yticks=[])
                 axes.text(0.5, 0.5, "no cloud", ha="center", transform=axes.transAxes)
         right.legend(title="contact within … sizes", title_fontsize=8.0)
-        _save(figure, out_png)
+        save(figure, out)
 
 
 def _draw_masses(axes: Axes, found: Fragments, case: Case) -> None:
@@ -313,7 +307,7 @@ def _draw_masses(axes: Axes, found: Fragments, case: Case) -> None:
             markersize=3.5,
             alpha=0.7,
             markeredgewidth=0.0,
-            color=BODY_COLOURS[index % len(BODY_COLOURS)],
+            color=body_colour(index),
             label=f"mostly {body.name}",
         )
     axes.set_xlabel("axial velocity [km/s]")
@@ -330,8 +324,3 @@ def _draw_numbers(
     axes.plot(1e6 * found.mass, numbers, drawstyle="steps-post", label=label, **style)
     axes.set_xlabel("mass [mg]")
     axes.set_ylabel("number of fragments at least as heavy")
-
-
-def _save(figure: Figure, out_png: Path) -> None:
-    out_png.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(out_png)

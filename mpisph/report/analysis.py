@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy.typing as npt
@@ -17,6 +16,7 @@ from mpisph.diagnostics.cloud import (
     target_plate,
 )
 from mpisph.figures.debris import draw_fragments, draw_radiograph, draw_spray
+from mpisph.figures.style import Out
 from mpisph.io.snapshot import Snapshot
 from mpisph.report.page import NONE, Table
 
@@ -39,12 +39,12 @@ class AnalysisFigure(NamedTuple):
     caption : str
         How to read it.
     draw : callable
-        Draws a snapshot of a case into a PNG file.
+        Draws a snapshot of a case into a file or memory.
     """
 
     title: str
     caption: str
-    draw: Callable[[Snapshot, Case, Path], None]
+    draw: Callable[[Snapshot, Case, Out], None]
 
 
 ANALYSES: tuple[AnalysisFigure, ...] = (

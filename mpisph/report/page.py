@@ -6,15 +6,12 @@ A page is one file. It fetches nothing, neither scripts nor letters nor pictures
 import base64
 import io
 import re
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jinja2
 from markupsafe import Markup, escape
 from PIL import Image
-
-COLOURS = 64
-"""Of a picture on a page: enough for dots and lines, a third of the bytes."""
 
 NONE = "–"
 """What a cell says that has nothing to say."""
@@ -28,7 +25,7 @@ class Picture(NamedTuple):
     Attributes
     ----------
     source : str
-        Data URL of the PNG file.
+        Data URL of the file.
     width, height : int
         [pixels].
     """
@@ -147,33 +144,17 @@ def symbols(text: str) -> Markup:
     return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
-def embed_png(path: Path, colours: int = COLOURS) -> Picture:
-    """Return a PNG file as a picture of a page, with fewer colours.
+def embed(draw: Callable[[io.BytesIO], object]) -> Picture:
+    """Return what a function draws as a picture of a page.
 
     Parameters
     ----------
-    path : Path
-    colours : int, optional
-        At most 256.
-
-    Returns
-    -------
-    Picture
-
-    Raises
-    ------
-    OSError
-        If the file cannot be read or is no picture.
+    draw : callable
+        Draws a figure into memory, see `figures.style.save`.
     """
-    with Image.open(path) as opened:
-        opaque = Image.alpha_composite(
-            Image.new("RGBA", opened.size, "white"), opened.convert("RGBA")
-        )
-    # Without dithering: its grain would cost more bytes than the colours save.
-    reduced = opaque.convert("RGB").quantize(
-        colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
-    )
     file = io.BytesIO()
-    reduced.save(file, "PNG", optimize=True)
+    draw(file)
     encoded = base64.b64encode(file.getvalue()).decode("ascii")
-    return Picture(f"data:image/png;base64,{encoded}", *reduced.size)
+    with Image.open(file) as opened:
+        kind = str(opened.format).lower()
+        return Picture(f"data:image/{kind};base64,{encoded}", *opened.size)

@@ -2,22 +2,23 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from mpisph.case import Case
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
-from mpisph.figures.cloud import draw_cloud, only_finite
-from mpisph.figures.frames import PANEL, Frame, common_view
+from mpisph.figures.cloud import draw_cloud
 from mpisph.figures.history import RunHistory, draw_history, history_figures
-from mpisph.figures.style import BODY_COLOURS
+from mpisph.figures.movie import PANEL, Frame, common_view
+from mpisph.figures.style import body_colour
+from mpisph.figures.view import only_finite
 from mpisph.io.files import write_text
 from mpisph.io.snapshot import read_snapshot
 from mpisph.io.stored_run import StoredRun, read_run
 from mpisph.report.analysis import ANALYSES, analysis_tables, has_debris
-from mpisph.report.page import Figure, Notice, Table, embed_png, render
+from mpisph.report.page import Figure, Notice, Table, embed, render
 from mpisph.report.run_tables import (
     bodies_table,
     cloud_table,
@@ -174,8 +175,7 @@ def write_report(
     runs = [read_run(f, name) for f, name in zip(folders, names, strict=True)]
     placed = [(run, f"run-{index}") for index, run in enumerate(runs, 1)]
     tables = [runs_table(placed), comparison_table(placed)] if len(runs) > 1 else []
-    with TemporaryDirectory(prefix="mpisph-report-") as scratch:
-        sections = [_section(run, place, Path(scratch)) for run, place in placed]
+    sections = [_section(run, place) for run, place in placed]
     varied = study_sections(studies, root)
     titles = [s.title for s in varied] + [s.title for s in sections]
     html = render(
@@ -209,10 +209,10 @@ def _names(folders: Sequence[Path]) -> list[str]:
     return names
 
 
-def _section(run: StoredRun, place: str, scratch: Path) -> RunSection:
-    """Return what the page shows of a run; pictures pass through `scratch`."""
+def _section(run: StoredRun, place: str) -> RunSection:
+    """Return what the page shows of a run."""
     shown = _large(run)
-    panels, panels_text = _panels(run, {item.path for item in shown}, scratch)
+    panels, panels_text = _panels(run, {item.path for item in shown})
     ended = run.result is not None
     exposed = any(item.exposure is not None for item in shown)
     return RunSection(
@@ -227,15 +227,15 @@ def _section(run: StoredRun, place: str, scratch: Path) -> RunSection:
         setup=[setup_table(run), materials_table(run.case)],
         cloud=cloud_table(run) if run.comparisons else None,
         pictures_title=_EXPOSED if exposed else "Particles",
-        pictures=_pictures(run.case, shown, scratch),
+        pictures=_pictures(run.case, shown),
         panels=panels,
         panels_text=panels_text,
         colours=[
-            Colour(body.name, BODY_COLOURS[index % len(BODY_COLOURS)])
+            Colour(body.name, body_colour(index))
             for index, body in enumerate(run.case.bodies)
         ],
-        history=_history(run, scratch),
-        analysis=_analysis(run.case, shown, scratch),
+        history=_history(run),
+        analysis=_analysis(run.case, shown),
         costs=[conservation_table(run), timing_table(run)] if ended else [],
         provenance=provenance_table(run),
         case_text=run.case_text,
@@ -264,13 +264,12 @@ def _large(run: StoredRun) -> list[_Shown]:
     return shown
 
 
-def _pictures(case: Case, shown: list[_Shown], scratch: Path) -> list[list[Figure]]:
+def _pictures(case: Case, shown: list[_Shown]) -> list[list[Figure]]:
     """Return large pictures, those of an exposure in one row."""
     rows: list[list[Figure]] = []
     for index, item in enumerate(shown):
-        out = scratch / "cloud.png"
-        draw_cloud(item.path, case, out, exposure=item.exposure)
-        figure = Figure(item.title, embed_png(out))
+        draw = partial(draw_cloud, item.path, case, exposure=item.exposure)
+        figure = Figure(item.title, embed(draw))
         if index and shown[index - 1].exposure is item.exposure:
             rows[-1].append(figure)
         else:
@@ -278,9 +277,7 @@ def _pictures(case: Case, shown: list[_Shown], scratch: Path) -> list[list[Figur
     return rows
 
 
-def _panels(
-    run: StoredRun, large: set[Path], scratch: Path
-) -> tuple[list[Figure], str]:
+def _panels(run: StoredRun, large: set[Path]) -> tuple[list[Figure], str]:
     """Return small pictures of the other snapshots, and how to read them."""
     others = [(path, time) for path, time in run.snapshots if path not in large]
     every = math.ceil(len(others) / MOST_PANELS)
@@ -291,8 +288,7 @@ def _panels(
     figures = []
     for path, time in chosen:
         frame.show(read_snapshot(path))
-        frame.save(scratch / "panel.png")
-        figures.append(Figure(us(time), embed_png(scratch / "panel.png", colours=32)))
+        figures.append(Figure(us(time), embed(frame.save)))
     left_out = f"; {len(chosen)} of {len(others)} are shown" if every > 1 else ""
     text = (
         "All in one scale, axial position to the right and radius upwards, in mm"
@@ -301,29 +297,25 @@ def _panels(
     return figures, text
 
 
-def _history(run: StoredRun, scratch: Path) -> list[Figure]:
+def _history(run: StoredRun) -> list[Figure]:
     data = RunHistory(run.history, run.case, run.clouds)
-    figures = []
-    for item in history_figures(data):
-        draw_history(item, data, scratch / "history.png")
-        picture = embed_png(scratch / "history.png")
-        figures.append(Figure(item.title, picture, item.caption))
-    return figures
+    return [
+        Figure(item.title, embed(partial(draw_history, item, data)), item.caption)
+        for item in history_figures(data)
+    ]
 
 
-def _analysis(case: Case, shown: list[_Shown], scratch: Path) -> list[Debris]:
+def _analysis(case: Case, shown: list[_Shown]) -> list[Debris]:
     """Return the analyses of the snapshots shown that have a cloud."""
     found = []
     for item in _analysed(shown):
         snapshot = only_finite(read_snapshot(item.path))
         if not has_debris(snapshot.arrays, case):
             continue
-        figures = []
-        for analysis in ANALYSES:
-            analysis.draw(snapshot, case, scratch / "analysis.png")
-            # A radiograph has a grey of its own for every density.
-            picture = embed_png(scratch / "analysis.png", colours=256)
-            figures.append(Figure(analysis.title, picture, analysis.caption))
+        figures = [
+            Figure(a.title, embed(partial(a.draw, snapshot, case)), a.caption)
+            for a in ANALYSES
+        ]
         title = f"{item.title}: {us(item.time)} after first contact"
         found.append(Debris(title, figures, analysis_tables(snapshot, case)))
     return found

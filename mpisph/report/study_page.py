@@ -2,11 +2,11 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from mpisph.report.page import NONE, Figure, Notice, Table, embed_png
+from mpisph.report.page import NONE, Figure, Notice, Table, embed
 from mpisph.report.study_tables import (
     READINGS,
     agreement_table,
@@ -27,7 +27,7 @@ from mpisph.study.paper.ranges import TOTALS, Agreement, RangeCell, agreement
 from mpisph.study.paper.verdict import Word
 from mpisph.study.plots.axes import Clock, axis_of, clock_text
 from mpisph.study.plots.convergence import convergence_panels
-from mpisph.study.plots.draw import draw_study
+from mpisph.study.plots.draw import can_draw, draw_figure
 from mpisph.study.store import CASES_FOLDER, STANDINGS, Standing, study_folder
 from mpisph.study.table import TABLE_FILE, Row, collect
 
@@ -318,14 +318,10 @@ def _figures(study: Study, rows: Sequence[Row]) -> list[Figure]:
     figures = []
     for given in _by_clock(study):
         spec = given.file.figure
-        if spec is None:
-            continue
-        with TemporaryDirectory(prefix="mpisph-report-") as scratch:
-            path = draw_study(given, rows, Path(scratch))
-            if path is not None:
-                title = _figure_title(given, spec)
-                caption = _CAPTIONS[spec.kind]
-                figures.append(Figure(title, embed_png(path), caption))
+        if spec is not None and can_draw(given, rows):
+            picture = embed(partial(draw_figure, given, rows))
+            title = _figure_title(given, spec)
+            figures.append(Figure(title, picture, _CAPTIONS[spec.kind]))
     return figures
 
 

@@ -11,8 +11,9 @@ from mpi4py import MPI
 from mpisph.case import load_case
 from mpisph.core.particles import Particles
 from mpisph.diagnostics.cloud import CloudMeasure
-from mpisph.figures.cloud import draw_cloud, draw_run, exposure_at
+from mpisph.figures.cloud import draw_cloud, draw_run
 from mpisph.figures.style import BODY_COLOURS
+from mpisph.figures.view import exposure_at
 from mpisph.io.snapshot import write_snapshot
 
 TIME = 6e-6

@@ -10,9 +10,9 @@ from mpi4py import MPI
 
 from mpisph.case import load_case
 from mpisph.core.particles import Particles
-from mpisph.figures.cloud import View, only_finite
-from mpisph.figures.frames import FILM, PANEL, Frame, common_view
+from mpisph.figures.movie import FILM, PANEL, Frame, common_view
 from mpisph.figures.style import BODY_COLOURS
+from mpisph.figures.view import View, only_finite
 from mpisph.io.snapshot import read_snapshot, write_snapshot
 
 

@@ -34,15 +34,15 @@ def copy(finished, tmp_path):
     return shutil.copytree(finished, tmp_path / "copy")
 
 
-def dot(path):
+def dot(file):
     """Write the smallest of pictures."""
-    Image.new("RGB", (8, 8), "red").save(path)
+    Image.new("RGB", (8, 8), "red").save(file, "WEBP")
 
 
 @pytest.fixture
 def dots(monkeypatch):
     """Let every picture be a dot, for a page whose words alone are read."""
-    monkeypatch.setattr(run_page, "draw_cloud", lambda *given, **_: dot(given[2]))
+    monkeypatch.setattr(run_page, "draw_cloud", lambda *given, **_: dot(given[-1]))
     monkeypatch.setattr(run_page, "draw_history", lambda *given: dot(given[2]))
     monkeypatch.setattr(run_page.Frame, "save", lambda _, out: dot(out))
     analysis = AnalysisFigure("Dot", "a dot", lambda *given: dot(given[2]))

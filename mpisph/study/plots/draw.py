@@ -29,19 +29,37 @@ def draw_study(study: Study, rows: Sequence[Row], root: Path) -> Path | None:
     Returns
     -------
     Path or None
-        The figure; None where there is none, see `draw_figure`.
+        The figure; None where it cannot be drawn, see `can_draw`.
 
     Raises
     ------
     OSError
         If it cannot be written.
     """
+    if not can_draw(study, rows):
+        return None
     out = study_folder(root, study) / FIGURE_FILE
-    return out if draw_figure(study, rows, out) else None
+    draw_figure(study, rows, out)
+    return out
 
 
-def draw_figure(study: Study, rows: Sequence[Row], out: Out) -> bool:
-    """Draw the figure of a study.
+def can_draw(study: Study, rows: Sequence[Row]) -> bool:
+    """Say whether a study describes a figure, and its runs have come so far.
+
+    Parameters
+    ----------
+    study : Study
+    rows : sequence of dict
+        From `collect`.
+    """
+    spec = study.file.figure
+    if spec is None or not any(row["status"] == "completed" for row in rows):
+        return False
+    return spec.kind != "convergence" or bool(convergence_panels(study, spec, rows))
+
+
+def draw_figure(study: Study, rows: Sequence[Row], out: Out) -> None:
+    """Draw the figure of a study; only where it can be drawn.
 
     Parameters
     ----------
@@ -50,20 +68,13 @@ def draw_figure(study: Study, rows: Sequence[Row], out: Out) -> bool:
         From `collect`.
     out : Path or BytesIO
 
-    Returns
-    -------
-    bool
-        False, and nothing drawn, where the study describes no figure, or no run has
-        come so far as to be drawn.
-
     Raises
     ------
     OSError
         If it cannot be written.
     """
     spec = study.file.figure
-    if spec is None or not any(row["status"] == "completed" for row in rows):
-        return False
+    assert spec is not None, "it can be drawn"
     match spec.kind:
         case "lines":
             draw_lines(lines_figure(study, spec, rows), out)
@@ -73,7 +84,4 @@ def draw_figure(study: Study, rows: Sequence[Row], out: Out) -> bool:
             draw_shots(shots_figure(study, spec, rows), out)
         case "convergence":
             panels = convergence_panels(study, spec, rows)
-            if not panels:
-                return False
             draw_convergence(panels, study.file.title, out)
-    return True

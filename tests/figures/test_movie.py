@@ -13,8 +13,8 @@ from launch import MPISPH, call, launch
 from small_runs import EXPOSED, small_run
 
 from mpisph.core.errors import MpisphError
-from mpisph.figures import animate as module
-from mpisph.figures.animate import animate, default_rate, find_ffmpeg
+from mpisph.figures import movie as module
+from mpisph.figures.movie import animate, default_rate, find_ffmpeg
 
 SNAPSHOTS = 10
 

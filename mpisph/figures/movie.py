@@ -1,0 +1,293 @@
+"""Movies of a run: every snapshot a frame, all in one view."""
+
+import os
+import shutil
+import subprocess
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.animation import FFMpegWriter
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from mpisph.case import Case, case_from_dict
+from mpisph.core.errors import MpisphError
+from mpisph.diagnostics.cloud import cloud_definition
+from mpisph.figures.style import REAR_FACE, STYLE, Out, body_colour, save
+from mpisph.figures.view import (
+    View,
+    body_dots,
+    choose_view,
+    dot_size,
+    only_finite,
+    set_limits,
+)
+from mpisph.io.files import replace_file
+from mpisph.io.snapshot import Snapshot, read_series, read_snapshot
+
+FILM_FILE = "film.mp4"
+
+DURATION = 6.0
+"""How long a film takes by default, where `SLOWEST` and `FASTEST` allow it [s]."""
+
+SLOWEST, FASTEST = 2.0, 25.0
+"""Limits of the default frame rate [1/s]."""
+
+_MORE = "`--set output.every=0.1us` of `mpisph run` writes more"
+
+
+class FrameLayout(NamedTuple):
+    """Size of a frame and what is written on it.
+
+    Attributes
+    ----------
+    width : int
+        [pixels].
+    highest : int
+        Largest height of the axes [pixels].
+    margins : tuple of float
+        Left, right, bottom and top of the axes [in].
+    dpi : int
+        Pixels per inch.
+    lettered : bool
+        Whether axes, bodies and time are named on the frame.
+    """
+
+    width: int
+    highest: int
+    margins: tuple[float, float, float, float]
+    dpi: int
+    lettered: bool
+
+
+PANEL = FrameLayout(520, 520, (0.31, 0.06, 0.23, 0.06), 200, lettered=False)
+"""A small picture among others, which say the same of axes and colours."""
+
+FILM = FrameLayout(1280, 780, (0.6, 0.15, 0.5, 0.3), 160, lettered=True)
+"""A frame of a film."""
+
+
+def animate(folder: Path, out: Path, fps: float | None = None) -> Path:
+    """Make a film of a run: every snapshot is a frame, all in one view.
+
+    H.264 in an MP4 file that browsers play. The view holds the cloud at all times and
+    is not set by strays.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the run.
+    out : Path
+        The film. It gets its name when it is complete; its folder is made where
+        missing.
+    fps : float, optional
+        Frames a second; by default so many that the film takes `DURATION`, within
+        `SLOWEST` and `FASTEST`.
+
+    Returns
+    -------
+    Path
+        `out`.
+
+    Raises
+    ------
+    MpisphError
+        If there is no ffmpeg, if the run has fewer than two snapshots, or if the film
+        cannot be encoded.
+    OSError
+        If a snapshot cannot be read or the film cannot be written.
+    """
+    program = find_ffmpeg()
+    paths = [path for path, _ in read_series(folder)]
+    if len(paths) < 2:
+        raise MpisphError(
+            f"{folder}: {len(paths)} snapshots, a film needs two or more; is it a "
+            f"run's folder? {_MORE}"
+        )
+    case = case_from_dict(tomllib.loads(read_snapshot(paths[0]).case))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    part = out.with_name(f"{out.name}.{os.uname().nodename}-{os.getpid()}.part")
+    try:
+        _encode(paths, case, part, program, fps or default_rate(len(paths)))
+        replace_file(part, out)
+    finally:
+        part.unlink(missing_ok=True)
+    return out
+
+
+def default_rate(frames: int) -> float:
+    """Return the frame rate of a film of so many frames [1/s]."""
+    return min(max(frames / DURATION, SLOWEST), FASTEST)
+
+
+def find_ffmpeg() -> str:
+    """Return the program ffmpeg: that of imageio-ffmpeg, or else the system's.
+
+    Raises
+    ------
+    MpisphError
+        If there is neither.
+    """
+    try:
+        # Imported here: it is an extra.
+        from imageio_ffmpeg import get_ffmpeg_exe
+
+        return str(get_ffmpeg_exe())
+    except (ImportError, RuntimeError) as error:
+        found = shutil.which("ffmpeg")
+        if found is None:
+            raise MpisphError(
+                'films need ffmpeg: pip install "mpisph[animate]"'
+            ) from error
+        return found
+
+
+def _encode(paths: list[Path], case: Case, out: Path, program: str, fps: float) -> None:
+    """Write the film to `out`."""
+    frame = Frame(case, common_view(paths, case), FILM)
+    # The format by name, for the file's own does not end with it; its table goes to the
+    # front, so that a browser can start before it has all.
+    options = ["-crf", "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]
+    options += ["-f", "mp4"]
+    writer = FFMpegWriter(fps=fps, codec="libx264", extra_args=options)  # type: ignore
+    with mpl.rc_context({**STYLE, "animation.ffmpeg_path": program}):
+        try:
+            with writer.saving(frame.figure, str(out), FILM.dpi):
+                for path in paths:
+                    frame.show(read_snapshot(path))
+                    writer.grab_frame()
+        except (BrokenPipeError, subprocess.CalledProcessError) as error:
+            raise MpisphError(f"{out}: {program} could not write the film") from error
+
+
+def common_view(paths: Sequence[Path], case: Case) -> View:
+    """Return limits that hold what each snapshot's own figure would show.
+
+    Strays do not set them (see `choose_view`).
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The snapshots, at least one.
+    case : Case
+
+    Returns
+    -------
+    View
+
+    Raises
+    ------
+    OSError
+        If a snapshot cannot be read.
+    """
+    snapshots = (only_finite(read_snapshot(path)) for path in paths)
+    views = [choose_view(snapshot, case, None) for snapshot in snapshots]
+    return View(
+        min(view.z_low for view in views),
+        max(view.z_high for view in views),
+        max(view.r_high for view in views),
+    )
+
+
+class Frame:
+    """A figure that shows one snapshot after another in the same view.
+
+    Parameters
+    ----------
+    case : Case
+    view : View
+        Widened where the frame would be too high.
+    layout : FrameLayout
+
+    Attributes
+    ----------
+    figure : matplotlib.figure.Figure
+        Width and height are even numbers of pixels, as films need.
+    """
+
+    def __init__(self, case: Case, view: View, layout: FrameLayout) -> None:
+        self._case = case
+        self._layout = layout
+        self.view, self.figure, box = _fit(view, layout)
+        with mpl.rc_context(STYLE):
+            self._axes = self.figure.add_axes(box)
+            self._dots = [self._body(k) for k in range(len(case.bodies))]
+            self._set_axes()
+            if layout.lettered:
+                self._letter()
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw the particles of a snapshot in place of those shown before.
+
+        Parameters
+        ----------
+        snapshot : Snapshot
+            Of the frame's case.
+        """
+        places = body_dots(snapshot, self._case, self.view)
+        size = dot_size(self._axes, snapshot, self._case)
+        for dots, (z, r) in zip(self._dots, places, strict=True):
+            dots.set_data(z, r)
+            dots.set_markersize(size)
+        if self._layout.lettered:
+            self._axes.set_title(f"t = {snapshot.time * 1e6:.2f} µs", loc="right")
+
+    def save(self, out: Out) -> None:
+        """Write the frame as a picture; see `style.save`."""
+        save(self.figure, out)
+
+    def _body(self, index: int) -> Line2D:
+        """Return the dots of a body, none so far."""
+        colour = body_colour(index)
+        (dots,) = self._axes.plot([], [], "o", markeredgewidth=0.0, color=colour)
+        return dots
+
+    def _set_axes(self) -> None:
+        axes = self._axes
+        set_limits(axes, self.view)
+        axes.locator_params(nbins=8 if self._layout.lettered else 3)
+        rear = cloud_definition(self._case).rear
+        if np.isfinite(rear):
+            axes.axvline(rear * 1e3, zorder=1, **REAR_FACE)
+
+    def _letter(self) -> None:
+        """Name the case, the axes and the bodies."""
+        axes = self._axes
+        title = self._case.title
+        shown = title if len(title) <= 80 else f"{title[:79]}…"
+        axes.set_title(shown, loc="left", parse_math=False)
+        axes.set_xlabel("axial position z [mm]", loc="left")
+        axes.set_ylabel("radius r [mm]")
+        for index, body in enumerate(self._case.bodies):
+            colour = body_colour(index)
+            axes.plot([], [], "o", markersize=6.0, color=colour, label=body.name)
+        self.figure.legend(
+            loc="lower right",
+            bbox_to_anchor=(axes.get_position().x1 + 0.01, 0.0),
+            ncols=min(len(self._case.bodies), 4),
+        )
+
+
+def _fit(
+    view: View, layout: FrameLayout
+) -> tuple[View, Figure, tuple[float, float, float, float]]:
+    """Return the view of the frame's shape, its figure and the place of the axes."""
+    left, right, bottom, top = layout.margins
+    width = layout.width / layout.dpi - left - right
+    most = layout.highest / layout.dpi / width
+    span = max(view.z_high - view.z_low, 2.0 * view.r_high / most)
+    missing = 0.5 * (span - (view.z_high - view.z_low))
+    height = width * 2.0 * view.r_high / span
+    pixels = 2 * round(0.5 * (bottom + height + top) * layout.dpi)
+    size = (layout.width / layout.dpi, pixels / layout.dpi)
+    # Rounding to even pixels is left to the radius, so that both scales are one.
+    height = size[1] - bottom - top
+    fitted = View(
+        view.z_low - missing, view.z_high + missing, 0.5 * span * height / width
+    )
+    box = (left / size[0], bottom / size[1], width / size[0], height / size[1])
+    return fitted, Figure(figsize=size, dpi=layout.dpi), box

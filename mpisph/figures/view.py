@@ -1,0 +1,289 @@
+"""What a figure of particles shows: its limits, and the dots of every body."""
+
+import math
+import textwrap
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from mpisph.case import Case, Plate
+from mpisph.case.sections import Exposure
+from mpisph.case.times import same_time
+from mpisph.core.particles import FloatArray
+from mpisph.diagnostics.cloud import (
+    CloudDefinition,
+    CloudMeasure,
+    cloud_definition,
+    measure_arrays,
+)
+from mpisph.figures.style import WIDTH, body_colour
+from mpisph.io.snapshot import Snapshot
+
+_MOST_POINTS = 400_000
+# More points than this in a figure of 1400 pixels only cover each other.
+
+_STRAY = 0.002
+# Fraction of what moves that may fall outside of the limits at each end.
+
+_NOT_STRAY = 1.3
+# An outermost particle within this multiple of the robust figure is shown.
+
+
+class View(NamedTuple):
+    """Limits of the axes, mirrored about the axis of symmetry [mm].
+
+    Attributes
+    ----------
+    z_low, z_high : float
+    r_high : float
+        Both upwards and downwards.
+    """
+
+    z_low: float
+    z_high: float
+    r_high: float
+
+    @property
+    def aspect(self) -> float:
+        """Height over width."""
+        return 2.0 * self.r_high / (self.z_high - self.z_low)
+
+    def shows(self, z: FloatArray, r: FloatArray) -> npt.NDArray[np.bool_]:
+        """Say which of the particles [mm] are within the limits."""
+        return (z >= self.z_low) & (z <= self.z_high) & (r <= self.r_high)
+
+
+def only_finite(snapshot: Snapshot) -> Snapshot:
+    """Leave out particles of which a number is not finite.
+
+    The last snapshot of an unstable run may have such; they lie nowhere.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+
+    Returns
+    -------
+    Snapshot
+        The same where all is finite.
+    """
+    sound = np.logical_and.reduce([np.isfinite(x) for x in snapshot.arrays.values()])
+    if sound.all():
+        return snapshot
+    return snapshot._replace(arrays={n: x[sound] for n, x in snapshot.arrays.items()})
+
+
+def measure_cloud(snapshot: Snapshot, case: Case) -> CloudMeasure:
+    """Measure the debris cloud of a snapshot."""
+    a, definition = snapshot.arrays, cloud_definition(case)
+    return measure_arrays(a["id"], a["r"], a["z"], a["u_z"], a["m"], definition)
+
+
+def choose_view(
+    snapshot: Snapshot,
+    case: Case,
+    exposure: Exposure | None,
+    measure: CloudMeasure | None = None,
+    headroom: float = 1.4,
+) -> View:
+    """Choose limits that hold the plate, the cloud and what was measured.
+
+    Strays are left to fall outside: the robust measures decide, and where they
+    lie near them the outermost ones.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    case : Case
+    exposure : Exposure or None
+    measure : CloudMeasure, optional
+        By default the cloud is measured from the snapshot.
+    headroom : float, optional
+        Height of the view over that of the cloud; by default there is room above it
+        for labels.
+
+    Returns
+    -------
+    View
+    """
+    measure = measure or measure_cloud(snapshot, case)
+    definition = cloud_definition(case)
+    ends, sides = [], []
+    for body in case.bodies:
+        if isinstance(body, Plate):
+            ends += [body.position, body.rear_face]
+    if measure.mass > 0.0:
+        ends.append(
+            definition.rear + _without_stray(measure.length, measure.length_robust)
+        )
+        sides.append(_without_stray(measure.radius, measure.radius_robust))
+    else:
+        z, r = _moving_extent(snapshot, definition)
+        ends += z
+        sides.append(r)
+    if exposure is not None:
+        ends.append(definition.rear + (exposure.length or 0.0))
+        sides.append(exposure.radius or 0.0)
+    return _round_view(min(ends) * 1e3, max(ends) * 1e3, max(sides) * 1e3, headroom)
+
+
+def _without_stray(outermost: float, robust: float) -> float:
+    return outermost if outermost <= _NOT_STRAY * robust else robust
+
+
+def _moving_extent(
+    snapshot: Snapshot, definition: CloudDefinition
+) -> tuple[list[float], float]:
+    """Return the range in z and the radius [m] of what moves, but for a few strays."""
+    a = snapshot.arrays
+    moving = np.hypot(a["u_r"], a["u_z"]) > definition.min_velocity
+    if not moving.any():
+        moving[:] = True
+    z = np.quantile(a["z"][moving], [_STRAY, 1.0 - _STRAY]).tolist()
+    return z, float(np.quantile(a["r"][moving], 1.0 - _STRAY))
+
+
+def _round_view(z_low: float, z_high: float, r_high: float, headroom: float) -> View:
+    """Add margins [mm], and length or height where the figure would be a strip."""
+    span = max(z_high - z_low, 2.2 * r_high, 1e-6)
+    missing = 0.5 * (span - (z_high - z_low))
+    r_high = max(headroom * r_high, 0.3 * span)
+    return View(z_low - missing - 0.15 * span, z_high + missing + 0.1 * span, r_high)
+
+
+def set_limits(axes: Axes, view: View) -> None:
+    """Give axes the limits of a view, and draw in the axis of symmetry.
+
+    Parameters
+    ----------
+    axes : Axes
+        Of the view's aspect.
+    view : View
+    """
+    axes.set_xlim(view.z_low, view.z_high)
+    axes.set_ylim(-view.r_high, view.r_high)
+    axes.yaxis.set_major_formatter(lambda r, _: f"{abs(r):g}")
+    axes.axhline(0.0, color="0.6", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)), zorder=1)
+
+
+def draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> None:
+    """Draw every body's particles as dots of the size of the spacing.
+
+    Parameters
+    ----------
+    axes : Axes
+        With the limits of the view; its legend gets an entry for each body.
+    snapshot : Snapshot
+    case : Case
+    view : View
+        What is outside of it is not drawn.
+    """
+    size = dot_size(axes, snapshot, case)
+    dots = body_dots(snapshot, case, view)
+    for index, (body, (z, r)) in enumerate(zip(case.bodies, dots, strict=True)):
+        colour = body_colour(index)
+        axes.plot(
+            z,
+            r,
+            linestyle="none",
+            marker="o",
+            markersize=size,
+            markeredgewidth=0.0,
+            color=colour,
+            rasterized=True,
+            zorder=2,
+        )
+        n = np.count_nonzero(snapshot.arrays["body"] == index)
+        count = f"{n:,}".replace(",", "\u2009")
+        label = f"{body.name} ({count} particles)"
+        axes.plot([], [], "o", markersize=6.0, color=colour, label=label)
+
+
+def body_dots(
+    snapshot: Snapshot, case: Case, view: View
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Return z and r [mm] of the dots of each body, mirrored about the axis.
+
+    They are the particles within the view; of very many every so-manieth.
+    """
+    a = snapshot.arrays
+    z, r = a["z"] * 1e3, a["r"] * 1e3
+    drawn = view.shows(z, r) & (a["id"] % _particles_a_dot(snapshot) == 0)
+    mine = [drawn & (a["body"] == index) for index in range(len(case.bodies))]
+    return [(np.tile(z[m], 2), np.concatenate([r[m], -r[m]])) for m in mine]
+
+
+def _particles_a_dot(snapshot: Snapshot) -> int:
+    return 1 + len(snapshot.arrays["z"]) // _MOST_POINTS
+
+
+def dot_size(axes: Axes, snapshot: Snapshot, case: Case) -> float:
+    """Return the diameter of a dot [pt], which covers the area of its particles.
+
+    It has a least value, at which few dots do not fade and many do not merge.
+    """
+    figure = axes.get_figure(root=True)
+    assert figure is not None, "axes that are drawn in"
+    inches = float(figure.get_figwidth())
+    low, high = axes.get_xlim()
+    points_per_mm = axes.get_position().width * inches * 72.0 / (high - low)
+    side = case.spacing * 1e3 * math.sqrt(_particles_a_dot(snapshot))
+    n = max(len(snapshot.arrays["z"]), 1)
+    smallest = min(max(120.0 / math.sqrt(n), 0.5), 1.8) * math.sqrt(inches / WIDTH)
+    return max(side * points_per_mm, smallest)
+
+
+def exposure_at(case: Case, time: float) -> Exposure | None:
+    """Return the exposure of a case that is to be compared at a time, if any.
+
+    Parameters
+    ----------
+    case : Case
+    time : float
+        Nominal, or with the clock offset added [s].
+
+    Returns
+    -------
+    Exposure or None
+    """
+    if case.measured is None:
+        return None
+    for exposure in case.measured.exposures:
+        for shift in (0.0, case.measured.clock_offset):
+            if same_time(time, exposure.time + shift):
+                return exposure
+    return None
+
+
+def title_lines(case: Case, time: float, exposure: Exposure | None) -> list[str]:
+    """Return the case's title, and the time with the reading of the clock.
+
+    Parameters
+    ----------
+    case : Case
+    time : float
+        [s].
+    exposure : Exposure or None
+        What was exposed at that time.
+
+    Returns
+    -------
+    list of str
+        Lines of at most 88 characters.
+    """
+    lines = textwrap.wrap(case.title, 88)
+    when = f"t = {time * 1e6:.2f} µs after first contact"
+    if exposure is not None:
+        nominal = f"{exposure.time * 1e6:g} µs"
+        offset = time - exposure.time
+        if same_time(time, exposure.time):
+            when += f": the exposure at nominal {nominal}, no clock offset"
+        else:
+            sign = "+" if offset > 0 else "\u2212"
+            when += (
+                f": the exposure at nominal {nominal} {sign} "
+                f"{abs(offset) * 1e6:.2f} µs clock offset"
+            )
+    return [*lines, when]
