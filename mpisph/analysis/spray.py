@@ -35,7 +35,10 @@ class Spray(NamedTuple):
 
 
 def measure_spray(
-    arrays: Mapping[str, npt.NDArray[Any]], min_velocity: float, bins: int = BINS
+    arrays: Mapping[str, npt.NDArray[Any]],
+    min_velocity: float,
+    bins: int = BINS,
+    direction: float = 1.0,
 ) -> Spray:
     """Sum what moves over the directions in which it moves.
 
@@ -49,6 +52,8 @@ def measure_spray(
         `diagnostics.cloud_definition`.
     bins : int, optional
         Number of equal bins from 0 to 180 degrees.
+    direction : float, optional
+        1.0 where angles count from +z, -1.0 from -z; see `CloudDefinition`.
 
     Returns
     -------
@@ -64,7 +69,7 @@ def measure_spray(
         raise ValueError(f"bins = {bins}: expected at least 1")
     m, u_r, u_z, body = (arrays[name] for name in ("m", "u_r", "u_z", "body"))
     moving = np.hypot(u_r, u_z) > min_velocity
-    angle = np.degrees(np.arctan2(np.abs(u_r), u_z))
+    angle = np.degrees(np.arctan2(np.abs(u_r), direction * u_z))
     place = np.minimum((angle * (bins / 180.0)).astype(np.int64), bins - 1)
     bodies = int(body.max(initial=-1)) + 1
     cell = (body * bins + place)[moving]

@@ -166,6 +166,11 @@ def length_of(z: FloatArray, definition: CloudDefinition) -> FloatArray:
     return definition.direction * (z - definition.rear)
 
 
+def place_of(length: float, definition: CloudDefinition) -> float:
+    """Return the axial position at a length behind the plate's rear face [m]."""
+    return definition.rear + definition.direction * length
+
+
 def measure_cloud(
     comm: MPI.Intracomm, particles: Particles, definition: CloudDefinition
 ) -> CloudMeasure:

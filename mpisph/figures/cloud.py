@@ -163,7 +163,7 @@ def _draw_sizes(
     view: View,
 ) -> None:
     """Draw in the measured and the computed R_b and L_b, with their labels."""
-    rear = definition.rear * 1e3
+    rear, direction = definition.rear * 1e3, definition.direction
     lengths = (_in_mm(exposure.length), measure.length * 1e3)
     radii = (_in_mm(exposure.radius), measure.radius * 1e3)
     errors = compare(measure, exposure)
@@ -175,21 +175,22 @@ def _draw_sizes(
         axes.plot([], [], label=labels[kind], **style)
         length, radius = lengths[kind], radii[kind]
         if length is not None:
-            axes.axvline(rear + length, zorder=3, **style)
+            axes.axvline(rear + direction * length, zorder=3, **style)
         if radius is not None:
-            end = rear + (length or 0.0)
+            end = rear + direction * (length or 0.0)
             axes.hlines([-radius, radius], rear, end, zorder=3, **style)
     share = f"computed, {100 * definition.quantile:g} % of the mass"
     robust = (1e3 * measure.radius_robust, 1e3 * measure.length_robust)
     axes.plot([], [], " ", label=_size_label(share, *robust, _NO_ERRORS))
-    _label_length(axes, rear, lengths, view)
+    ends = [length and direction * length for length in lengths]
+    _label_length(axes, rear, (ends[0], ends[1]), view)
     _label_radius(axes, rear, radii)
 
 
 def _label_length(
     axes: Axes, rear: float, lengths: tuple[float | None, float | None], view: View
 ) -> None:
-    """Label the lines across the axis; the outer one on its outer side."""
+    """Label the lines across the axis; that at the higher z to its right."""
     for name, length, other in _with_other(lengths):
         outer = other is None or length >= other
         axes.annotate(

@@ -209,8 +209,9 @@ def draw_spray(snapshot: Snapshot, case: Case, out: Out) -> None:
     OSError
         If the figure cannot be written.
     """
-    limit = cloud_definition(case).min_velocity
-    spray = measure_spray(snapshot.arrays, limit)
+    definition = cloud_definition(case)
+    limit = definition.min_velocity
+    spray = measure_spray(snapshot.arrays, limit, direction=definition.direction)
     lines = title_lines(case, snapshot.time, exposure_at(case, snapshot.time))
     lines.append(
         f"all that is faster than {limit / 1e3:.2f} km/s: "

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from mpisph.case import Case
 from mpisph.diagnostics.cloud import cloud_definition
+from mpisph.diagnostics.series import SERIES, Series
 from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE, Out, save
 from mpisph.io.result import CloudRecord
 
@@ -92,10 +93,11 @@ def history_figures(run: RunHistory) -> list[HistoryFigure]:
     shown = {
         "radius": cloud,
         "length": cloud,
-        "cloud_mass": cloud,
         "imbalance": bool(rows["imbalance"].any()),
     }
-    return [figure for figure in _FIGURES if shown.get(figure.name, True)]
+    figures = [figure for figure in _FIGURES if shown.get(figure.name, True)]
+    captioned = [s for s in SERIES if s.caption and rows[s.name].any()]
+    return figures + [_series_figure(series) for series in captioned]
 
 
 def draw_history(figure: HistoryFigure, run: RunHistory, out: Out) -> None:
@@ -165,10 +167,18 @@ def _measured(case: Case, name: str) -> list[tuple[float, float]]:
     return [(time, size) for time, size in sizes if size is not None]
 
 
-def _draw_cloud_mass(axes: Axes, run: RunHistory) -> None:
-    axes.plot(1e6 * run.rows["time"], 1e3 * run.rows["cloud_mass"], **_LINE)
-    axes.set_ylabel("mass of the cloud [g]")
-    axes.set_ylim(bottom=0.0)
+def _series_figure(series: Series) -> HistoryFigure:
+    """Return the figure of a series that says what it shows."""
+    factor, unit = _SHOWN_UNITS.get(series.unit, (1.0, series.unit))
+
+    def draw(axes: Axes, run: RunHistory) -> None:
+        axes.plot(1e6 * run.rows["time"], factor * run.rows[series.name], **_LINE)
+        axes.set_ylabel(f"{series.label} [{unit}]")
+        if run.rows[series.name].min() >= 0.0:
+            axes.set_ylim(bottom=0.0)
+
+    title = series.label[0].upper() + series.label[1:]
+    return HistoryFigure(series.name, title, series.caption, draw)
 
 
 def _draw_energies(axes: Axes, run: RunHistory) -> None:
@@ -213,6 +223,8 @@ def _draw_imbalance(axes: Axes, run: RunHistory) -> None:
     axes.set_ylim(bottom=0.0)
 
 
+_SHOWN_UNITS = {"kg": (1e3, "g"), "m": (1e3, "mm"), "J": (1e-3, "kJ")}
+
 _SIZE_CAPTION = (
     "Line: outermost particle, at every step. Crosses: within which the given share of "
     "the cloud's mass lies. Circles: measured, drawn at the nominal exposure time "
@@ -239,13 +251,6 @@ _FIGURES = (
         "Length of the time step",
         "Steps that end at an output time are shortened to meet it.",
         _draw_step,
-    ),
-    HistoryFigure(
-        "cloud_mass",
-        "Mass of the cloud",
-        "What lies behind the plate's original rear face and moves along the axis "
-        "faster than the given fraction of the impact velocity.",
-        _draw_cloud_mass,
     ),
     HistoryFigure(
         "imbalance",

@@ -17,6 +17,7 @@ from mpisph.diagnostics.cloud import (
     CloudMeasure,
     cloud_definition,
     measure_arrays,
+    place_of,
 )
 from mpisph.figures.style import WIDTH, body_colour
 from mpisph.io.snapshot import Snapshot
@@ -115,16 +116,15 @@ def choose_view(
         if isinstance(body, Plate):
             ends += [body.position, body.rear_face]
     if measure.mass > 0.0:
-        ends.append(
-            definition.rear + _without_stray(measure.length, measure.length_robust)
-        )
+        length = _without_stray(measure.length, measure.length_robust)
+        ends.append(place_of(length, definition))
         sides.append(_without_stray(measure.radius, measure.radius_robust))
     else:
         z, r = _moving_extent(snapshot, definition)
         ends += z
         sides.append(r)
     if exposure is not None:
-        ends.append(definition.rear + (exposure.length or 0.0))
+        ends.append(place_of(exposure.length or 0.0, definition))
         sides.append(exposure.radius or 0.0)
     return _round_view(min(ends) * 1e3, max(ends) * 1e3, max(sides) * 1e3, headroom)
 

@@ -41,6 +41,13 @@ def test_angles_from_the_axis(u_z, u_r, place):
     assert spray.momentum_r[0, place] == pytest.approx(2.0 * u_r)
 
 
+def test_angles_count_from_the_way_of_the_impact():
+    forward = measure_spray(one(4000.0, 1000.0), 100.0)
+    backward = measure_spray(one(-4000.0, 1000.0), 100.0, direction=-1.0)
+    np.testing.assert_array_equal(backward.mass, forward.mass)
+    np.testing.assert_array_equal(backward.momentum_z, -forward.momentum_z)
+
+
 @pytest.mark.parametrize("bins", [1, 7, 60, 90])
 def test_totals_of_each_body_are_those_of_what_moves(bins):
     a = particles()
