@@ -184,7 +184,7 @@ def _draw_sizes(
     axes.plot([], [], " ", label=_size_label(share, *robust, _NO_ERRORS))
     ends = [length and direction * length for length in lengths]
     _label_length(axes, rear, (ends[0], ends[1]), view)
-    _label_radius(axes, rear, radii)
+    _label_radius(axes, definition, radii)
 
 
 def _label_length(
@@ -208,17 +208,19 @@ def _label_length(
 
 
 def _label_radius(
-    axes: Axes, rear: float, radii: tuple[float | None, float | None]
+    axes: Axes,
+    definition: CloudDefinition,
+    radii: tuple[float | None, float | None],
 ) -> None:
     """Label the lines along the axis; the outer one on its outer side."""
     for name, radius, other in _with_other(radii):
         outer = other is None or radius >= other
         axes.annotate(
             f"$R_b$ {name}",
-            (rear, radius),
-            (5, 3 if outer else -3),
+            (definition.rear * 1e3, radius),
+            (5 * definition.direction, 3 if outer else -3),
             textcoords="offset points",
-            ha="left",
+            ha="left" if definition.direction > 0.0 else "right",
             va="bottom" if outer else "top",
             fontsize=8.5,
             bbox=BOX,
