@@ -6,7 +6,7 @@ from typing import NamedTuple
 from mpi4py import MPI
 
 from mpisph.case import Case
-from mpisph.case.counts import particle_count
+from mpisph.case.bodies import particle_count
 from mpisph.case.partial_case import spacing_key
 from mpisph.core.errors import CaseError, Problem
 from mpisph.core.memory import total_memory

@@ -7,7 +7,7 @@ import pytest
 from launch import CASES
 
 from mpisph.case import case_from_dict, load_case
-from mpisph.case.counts import particle_count
+from mpisph.case.bodies import particle_count
 from mpisph.case.discretise import discretise
 
 RHO = 2710.0
