@@ -93,13 +93,15 @@ def make_simulation(
     )
 
 
-def initial_scales(case: Case, initial: InitialParticles) -> Scales:
-    """Return the magnitudes of a run."""
+def initial_scales(case: Case, comm: MPI.Intracomm, share: InitialParticles) -> Scales:
+    """Return the magnitudes of a run, from a share of its particles on each rank."""
+    largest = np.array([np.abs(share.u_z).max(initial=0.0), share.m.max(initial=0.0)])
+    comm.Allreduce(MPI.IN_PLACE, largest, MPI.MAX)
+    fastest, mass = largest.tolist()
     slow = 0.01 * max(entry.material.c0 for entry in case.material_table)
-    speed = max(float(np.abs(initial.u_z).max()), slow)
+    speed = max(fastest, slow)
     energy = 0.5 * speed**2
     room = 1e6
-    mass = float(initial.m.max())
     terms = np.array([1.0, room * speed, room * energy, room * energy])
     return Scales(energy, mass * terms)
 
