@@ -11,12 +11,12 @@ from mpi4py import MPI
 
 from mpisph.bench.record import SceneName
 from mpisph.case import Case, case_from_dict
-from mpisph.case.discretise import InitialParticles, discretise
+from mpisph.case.discretise import InitialParticles, discretise, initial_count
 from mpisph.io.snapshot import SNAPSHOTS_FOLDER, read_snapshot, write_snapshot
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.run.loop import make_step
 from mpisph.solver.setup import step_rule
-from mpisph.solver.start import start, start_from
+from mpisph.solver.start import id_block, start, start_from
 from mpisph.solver.state import Simulation
 from mpisph.solver.step import reduce_state
 from mpisph.sph.timestep import step_to
@@ -76,8 +76,11 @@ def start_block(npr: int, comm: MPI.Intracomm) -> Simulation:
     No particle is then exactly at rest, where a step would have nothing to do.
     """
     case = block_case(npr)
-    quiet = discretise(case)
-    u_r, u_z, change = np.random.default_rng(1).normal(size=(3, quiet.id.size))
+    first, end = id_block(case, comm)
+    quiet = discretise(case, first, end)
+    # The same on any number of ranks, so drawn for all particles.
+    noise = np.random.default_rng(1).normal(size=(3, initial_count(case)))
+    u_r, u_z, change = noise[:, first:end]
     rho = quiet.rho * (1.0 + 1e-4 * change)
     return start_from(case, comm, quiet._replace(u_r=u_r, u_z=u_z, rho=rho), 0.0)
 
@@ -135,7 +138,10 @@ def start_late(case: Case, path: Path, comm: MPI.Intracomm) -> Simulation:
         On all ranks, if the snapshot cannot be read.
     """
     snapshot = from_root(comm, lambda: read_snapshot(path))
-    arrays = {name: snapshot.arrays[name] for name in InitialParticles._fields}
+    first, end = id_block(case, comm)
+    arrays = {
+        name: snapshot.arrays[name][first:end] for name in InitialParticles._fields
+    }
     return start_from(case, comm, InitialParticles(**arrays), snapshot.time)
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from mpisph.case.bodies import Plate, SphericalShell, regions_overlap
+from mpisph.case.bodies import SHAPES, Plate
 from mpisph.case.partial_case import Parts, default_reference
+from mpisph.case.shapes.overlap import sections_overlap
 from mpisph.case.size_checks import SIZE_RULES
 from mpisph.case.times import requested_times
 from mpisph.inputs.findings import Finding, Key
@@ -60,15 +61,10 @@ def _check_names(parts: Parts) -> Iterator[Finding]:
 
 
 def _check_sizes(parts: Parts) -> Iterator[Finding]:
-    """Require inner radii to be less than outer radii."""
+    """Require sizes that do not contradict each other."""
     for i, body in enumerate(parts.bodies):
-        if body is None or body.region.inner < body.region.outer:
-            continue
-        outer = "outer_radius" if isinstance(body, SphericalShell) else "radius"
-        yield Finding(
-            ("bodies", i, "inner_radius"),
-            f"expected less than {outer} = {body.region.outer:g} m",
-        )
+        for key, expected in body.mistakes() if body is not None else ():
+            yield Finding(("bodies", i, key), expected)
 
 
 def _check_overlaps(parts: Parts) -> Iterator[Finding]:
@@ -77,7 +73,7 @@ def _check_overlaps(parts: Parts) -> Iterator[Finding]:
         for other in parts.bodies[:j]:
             if body is None or other is None:
                 continue
-            if regions_overlap(body.region, other.region):
+            if sections_overlap(body.section, other.section):
                 yield Finding(
                     ("bodies", j),
                     f'the bodies "{other.name}" and "{body.name}" overlap; '
@@ -102,9 +98,10 @@ def _check_resolution(parts: Parts) -> Iterator[Finding]:
             ("resolution", "reference"), resolution.reference, parts.names
         )
     elif resolution.npr is not None and default_reference(parts.bodies) is None:
+        shapes = [shape.label() for shape in SHAPES if shape.sets_spacing]
         yield Finding(
             ("resolution", "reference"),
-            "there is no sphere or shell: expected the name of the body whose "
+            f"there is no {' or '.join(shapes)}: expected the name of the body whose "
             "radius npr divides",
         )
 

@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from mpisph.case import Body, Case, Sphere, SphericalShell
-from mpisph.case.bodies import Annulus, Rectangle
-from mpisph.case.counts import grid
+from mpisph.case.model import Case
+from mpisph.case.shapes.section import Lattice
 
-__all__ = ["InitialParticles", "discretise"]
+__all__ = ["InitialParticles", "discretise", "initial_count"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 
 class InitialParticles(NamedTuple):
-    """The particles of a case at the start, in the order of their ids.
+    """Particles of a case at the start, in the order of their ids.
 
     Attributes
     ----------
     id : ndarray of int64, shape (n,)
-        0 .. n-1: body by body, along z, and within a row along r.
+        Those of all particles run from 0, body by body, along z, and within a row
+        along r.
     body : ndarray of int64, shape (n,)
         Index in ``case.bodies``.
     material : ndarray of int64, shape (n,)
@@ -60,87 +60,80 @@ class InitialParticles(NamedTuple):
     S_rz: FloatArray | None = None
 
 
-class _Lattice(NamedTuple):
-    """Particle centres of one body [m] and the section of one particle [m^2]."""
+class _Rows(NamedTuple):
+    """All rows of particles of a case, in the order of the ids; shape (rows,).
 
-    r: FloatArray
+    They are few beside the particles, so every rank can hold them all.
+    """
+
+    body: IntArray
     z: FloatArray
-    area: float
+    first_column: IntArray
+    first_id: IntArray
+    end_id: IntArray
 
 
-def discretise(case: Case) -> InitialParticles:
-    """Fill the bodies with particles.
-
-    Spheres and shells take a square lattice that has the axis between two
-    columns; plates and cylinders are divided into whole cells, so that their mass
-    is exact.
+def initial_count(case: Case) -> int:
+    """Return the exact number of particles of a case, without making them.
 
     Parameters
     ----------
     case : Case
-        The case.
+    """
+    return int(_rows(_lattices(case)).end_id[-1])
+
+
+def discretise(
+    case: Case, first_id: int = 0, end_id: int | None = None
+) -> InitialParticles:
+    """Fill the bodies with particles, or make a share of these.
+
+    Each shape has its own lattice of rows along r (see `Section.lattice`).
+
+    Parameters
+    ----------
+    case : Case
+    first_id, end_id : int, optional
+        The share: ids from the first one to before the end; by default all.
 
     Returns
     -------
     InitialParticles
-        All particles; the same on every rank that asks.
+        With the same bits whatever the share is. No others are made.
     """
-    lattices = [_lattice(body, case.spacing) for body in case.bodies]
-    counts = np.array([lattice.r.size for lattice in lattices])
-    density = [case.body_material(body).rho0 for body in case.bodies]
-    area = np.array([lattice.area for lattice in lattices])
-    body = np.repeat(np.arange(len(case.bodies), dtype=np.int64), counts)
-    r = np.concatenate([lattice.r for lattice in lattices])
-    rho = np.array(density)[body]
+    lattices = _lattices(case)
+    rows = _rows(lattices)
+    ids = np.arange(first_id, rows.end_id[-1] if end_id is None else end_id)
+    row = np.searchsorted(rows.end_id, ids, side="right")
+    body = rows.body[row]
+    column = rows.first_column[row] + (ids - rows.first_id[row])
+    inner, width, area = np.array([(x.inner, x.width, x.area) for x in lattices]).T
+    r = inner[body] + (column + 0.5) * width[body]
+    rho = np.array([case.body_material(each).rho0 for each in case.bodies])[body]
     return InitialParticles(
-        id=np.arange(r.size, dtype=np.int64),
+        id=ids,
         body=body,
         material=np.array(case.material_indices, dtype=np.int64)[body],
         m=2.0 * np.pi * r * rho * area[body],
         r=r,
-        z=np.concatenate([lattice.z for lattice in lattices]),
+        z=rows.z[row],
         u_z=np.array([each.velocity for each in case.bodies], dtype=np.float64)[body],
         rho=rho,
-        h=np.full(r.size, case.smoothing_length),
+        h=np.full(ids.size, case.smoothing_length),
     )
 
 
-def _lattice(body: Body, spacing: float) -> _Lattice:
-    if isinstance(body, Sphere | SphericalShell):
-        return _round_lattice(body.region, spacing)
-    return _cell_lattice(body.region, spacing)
+def _lattices(case: Case) -> list[Lattice]:
+    return [body.section.lattice(case.spacing) for body in case.bodies]
 
 
-def _round_lattice(region: Annulus, spacing: float) -> _Lattice:
-    """Return the lattice points (i + 1/2, j + 1/2) dx between the two radii."""
-    inner2, outer2 = (region.inner / spacing) ** 2, (region.outer / spacing) ** 2
-    n = math.ceil(region.outer / spacing)
-    j = np.arange(-n, n, dtype=np.float64) + 0.5
-    # Only what may lie within: of the square around a thin shell that is little.
-    first: FloatArray = np.maximum(np.floor(_half_chord(inner2, j) - 0.5) - 1.0, 0.0)
-    last = np.ceil(_half_chord(outer2, j) - 0.5) + 1.0
-    length = (last - first + 1.0).astype(np.int64)
-    rows = np.repeat(np.arange(2 * n), length)
-    before = np.repeat(np.cumsum(length) - length, length)
-    i = first[rows] + (np.arange(rows.size) - before) + 0.5
-    squared = (j**2)[rows] + i**2
-    inside = (squared >= inner2) & (squared <= outer2)
-    return _Lattice(
-        r=i[inside] * spacing,
-        z=region.centre + j[rows[inside]] * spacing,
-        area=spacing**2,
+def _rows(lattices: Sequence[Lattice]) -> _Rows:
+    length = np.concatenate([lattice.length for lattice in lattices])
+    end = np.cumsum(length)
+    return _Rows(
+        body=np.repeat(np.arange(len(lattices)), [each.z.size for each in lattices]),
+        z=np.concatenate([lattice.z for lattice in lattices]),
+        first_column=np.concatenate([lattice.first for lattice in lattices]),
+        first_id=end - length,
+        end_id=end,
     )
-
-
-def _half_chord(radius2: float, j: FloatArray) -> FloatArray:
-    """Return the half width of a circle at heights `j`; zero beyond it."""
-    width: FloatArray = np.sqrt(np.maximum(radius2 - j**2, 0.0))
-    return width
-
-
-def _cell_lattice(region: Rectangle, spacing: float) -> _Lattice:
-    """Return the centres of the cells that divide a rectangle evenly."""
-    nz, nr, dz, dr = grid(region, spacing)
-    r = region.inner + (np.arange(nr, dtype=np.float64) + 0.5) * dr
-    z = region.low + (np.arange(nz, dtype=np.float64) + 0.5) * dz
-    return _Lattice(r=np.tile(r, nz), z=np.repeat(z, nr), area=dr * dz)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from mpisph.case.bodies import Body, Plate, Sphere, SphericalShell
+from mpisph.case.bodies import Body, Plate
 from mpisph.case.sections import Measured, Output, Resolution, Scheme, TimeStepping
 from mpisph.inputs.findings import Key
 from mpisph.materials import Material
@@ -31,9 +31,9 @@ class Parts(NamedTuple):
 
 
 def default_reference(bodies: Sequence[Body | None]) -> str | None:
-    """Return the name of the first sphere or shell, or None."""
-    round_bodies = (b for b in bodies if isinstance(b, Sphere | SphericalShell))
-    return next((body.name for body in round_bodies), None)
+    """Return the name of the first body whose shape may set the spacing, or None."""
+    known = (body for body in bodies if body is not None)
+    return next((body.name for body in known if body.sets_spacing), None)
 
 
 def default_plate(bodies: Sequence[Body | None]) -> str | None:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from mpisph.case.bodies import Cylinder, Plate, extent
-from mpisph.case.counts import particle_count
+from mpisph.case.bodies import particle_count
 from mpisph.case.partial_case import Parts, find_spacing, spacing_key
 from mpisph.case.times import exposure_times
 from mpisph.inputs.findings import Finding, Key
@@ -20,41 +19,21 @@ _FARTHEST = 1e6
 """Spacings from the origin. The neighbour search keeps a table of all rows of cells
 between the outermost particles, and positions must not lose their digits."""
 
-_FLATTEST = 0.1
-"""Height of a plate or cylinder over the spacing."""
 
-
-def _check_wall_thickness(parts: Parts) -> Iterator[Finding]:
-    """Require walls in which at least one particle fits."""
+def _check_walls(parts: Parts) -> Iterator[Finding]:
+    """Require walls and layers that particles can stand for."""
     spacing = _spacing(parts)
     for i, body in enumerate(parts.bodies):
         if body is None or spacing is None:
             continue
-        wall = body.region.outer - body.region.inner
-        # A plate gets one ring of cells at least; a round body needs a lattice point,
-        # and has one in the row nearest to its centre if the wall is a spacing thick.
-        least = 0.5 * spacing if isinstance(body, Plate | Cylinder) else spacing
-        if 0.0 < wall < least:
-            yield Finding(
-                ("bodies", i),
-                f'the wall of "{body.name}" ({wall:g} m) is thinner than the '
-                f"particle spacing ({spacing:g} m)",
-            )
-
-
-def _check_heights(parts: Parts) -> Iterator[Finding]:
-    """Require plates and cylinders that their one layer of particles can stand for."""
-    spacing = _spacing(parts)
-    for i, body in enumerate(parts.bodies):
-        if spacing is None or not isinstance(body, Plate | Cylinder):
-            continue
-        height = body.region.high - body.region.low
-        if height < _FLATTEST * spacing:
-            yield Finding(
-                ("bodies", i),
-                f'"{body.name}" ({height:g} m along z) is thinner than '
-                f"{_FLATTEST:g} of the particle spacing ({spacing:g} m)",
-            )
+        for axis, thickness, least in body.section.walls:
+            if 0.0 < thickness < least * spacing:
+                share = "" if least == 1.0 else f"{least:g} of "
+                yield Finding(
+                    ("bodies", i),
+                    f'"{body.name}" ({thickness:g} m along {axis}) is thinner than '
+                    f"{share}the particle spacing ({spacing:g} m)",
+                )
 
 
 def _check_distances(parts: Parts) -> Iterator[Finding]:
@@ -66,7 +45,7 @@ def _check_distances(parts: Parts) -> Iterator[Finding]:
             continue
         farthest = _FARTHEST * spacing
         limit = f"expected at most {_FARTHEST:g} particle spacings, {farthest:g} m"
-        distance = extent(body.region)
+        distance = body.section.extent
         if distance > farthest:
             text = f'"{body.name}" reaches {distance:g} m from the origin; {limit}'
             yield Finding(("bodies", i), text)
@@ -159,8 +138,7 @@ def _last_time(parts: Parts) -> tuple[Key, float] | None:
 
 
 SIZE_RULES = (
-    _check_wall_thickness,
-    _check_heights,
+    _check_walls,
     _check_distances,
     _check_count,
     _check_steps,

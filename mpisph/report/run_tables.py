@@ -3,8 +3,9 @@
 import math
 from collections.abc import Sequence
 
-from mpisph.case import Body, Case, Cylinder, Plate, Sphere, SphericalShell
+from mpisph.case import Case
 from mpisph.case.sections import Exposure, TimeStepping
+from mpisph.case.shapes.shape import millimetres
 from mpisph.diagnostics.cloud import CloudFigure
 from mpisph.io.result import Comparison
 from mpisph.io.stored_run import StoredRun
@@ -66,7 +67,7 @@ def bodies_table(case: Case) -> Table:
     rows: list[Row] = [
         (
             body.name,
-            f"{body.shape.replace('_', ' ')}, {_size(body)}",
+            f"{body.label()}, {body.describe()}",
             f"{body.velocity / 1e3:g}",
             body.material,
             KINDS["eos"][case.body_models(body).names["eos"]].label,
@@ -75,31 +76,6 @@ def bodies_table(case: Case) -> Table:
     ]
     heads = ("body", "shape", "velocity [km/s]", "material", "equation of state")
     return Table("Bodies", heads, rows)
-
-
-def _size(body: Body) -> str:
-    """Return the size of a body, as it would be ordered from a workshop."""
-    match body:
-        case Sphere():
-            return f"diameter {_mm(2 * body.radius)}"
-        case SphericalShell():
-            inner = _mm(2 * body.inner_radius)
-            return f"diameter {_mm(2 * body.outer_radius)}, inside {inner}"
-        case Plate():
-            hole = body.inner_radius
-            with_hole = f", hole {_mm(2 * hole)}" if hole else ""
-            size = f"{_mm(body.thickness)} thick, diameter {_mm(2 * body.radius)}"
-            return size + with_hole
-        case Cylinder():
-            bore = body.inner_radius
-            with_bore = f", bore {_mm(2 * bore)}" if bore else ""
-            return (
-                f"diameter {_mm(2 * body.radius)}, {_mm(body.length)} long{with_bore}"
-            )
-
-
-def _mm(length: float) -> str:
-    return f"{1e3 * length:.4g} mm"
 
 
 def materials_table(case: Case) -> Table:
@@ -145,10 +121,12 @@ def setup_table(run: StoredRun) -> Table:
     """Return resolution, scheme switches, time step and the cloud's definition."""
     case, scheme = run.case, run.case.scheme
     resolution, viscosity, heat = case.resolution, scheme.viscosity, scheme.heat
-    spacing = f"spacing {_mm(case.spacing)}"
+    spacing = f"spacing {millimetres(case.spacing)}"
     if resolution.npr is not None:
         spacing = f"NPR {resolution.npr}, along {resolution.reference}: {spacing}"
-    smoothing = f"NPH {resolution.nph:g}: {_mm(case.smoothing_length)} at the start"
+    smoothing = (
+        f"NPH {resolution.nph:g}: {millimetres(case.smoothing_length)} at the start"
+    )
     rows: list[Row] = [
         ("particle spacing", spacing),
         ("particles", particle_count(run)),

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from mpi4py import MPI
 
 from mpisph.case import Case
-from mpisph.case.counts import particle_count
+from mpisph.case.bodies import particle_count
 from mpisph.case.partial_case import spacing_key
 from mpisph.core.errors import CaseError, Problem
 from mpisph.core.memory import total_memory
@@ -28,10 +28,8 @@ PARTICLE_BYTES = 8.0 * (
     len(LABELS) + len(VALUES) + len(INTEGRATED) + 3 * len(EXCHANGED) + RECORD_FIELDS
 )
 """Memory of a particle at the peak, in the pair loop: its state, what is predicted,
-exchanged and sorted, and its record. Measured: 740 to 756 bytes."""
-
-INITIAL_BYTES = 93.0
-"""Memory of a particle on every rank while the bodies are filled (measured)."""
+exchanged and sorted, and its record. Measured: 740 to 756 bytes. Filling the bodies and
+sharing them out takes 520."""
 
 
 class Estimate(NamedTuple):
@@ -84,7 +82,7 @@ def estimate(case: Case, ranks: int) -> Estimate:
         particles=n,
         neighbours=neighbours,
         steps=math.ceil(case.end_time / _typical_step(case)),
-        memory=ranks * RANK_BYTES + n * max(PARTICLE_BYTES, ranks * INITIAL_BYTES),
+        memory=ranks * RANK_BYTES + n * PARTICLE_BYTES,
         ranks=ranks,
     )
 

@@ -63,11 +63,13 @@ def make_simulation(
     )
 
 
-def initial_scales(case: Case, initial: InitialParticles) -> Scales:
-    """Return the magnitudes of a run."""
+def initial_scales(case: Case, comm: MPI.Intracomm, share: InitialParticles) -> Scales:
+    """Return the magnitudes of a run, from a share of its particles on each rank."""
+    largest = np.array([np.abs(share.u_z).max(initial=0.0), share.m.max(initial=0.0)])
+    comm.Allreduce(MPI.IN_PLACE, largest, MPI.MAX)
+    fastest, mass = largest.tolist()
     slow = 0.01 * max(entry.bulk_sound_speed for entry in case.material_table)
-    speed = max(float(np.abs(initial.u_z).max()), slow)
-    return Scales(float(initial.m.max()), speed)
+    return Scales(mass, max(fastest, slow))
 
 
 def step_rule(case: Case) -> StepRule:

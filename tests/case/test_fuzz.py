@@ -16,10 +16,12 @@ import tomli_w
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from launch import CASES, MPISPH, launch
+from shapes import example, lengths
 
 from mpisph.case import case_schema, load_case
-from mpisph.case.counts import particle_count
+from mpisph.case.bodies import SHAPES, particle_count
 from mpisph.case.discretise import discretise
+from mpisph.case.shapes.rectangle import Rectangle
 from mpisph.core.errors import CaseError
 from mpisph.solver.estimate import estimate
 
@@ -100,8 +102,9 @@ def check_particles(case):
         promised = particle_count([body], case.spacing)
         # Along the rims of a round section, cells are counted in part.
         rims = 0.0
-        if body.shape in {"sphere", "spherical_shell"}:
-            rims = 2.0 + 4.0 * (body.region.inner + body.region.outer) / case.spacing
+        if not isinstance(body.section, Rectangle):
+            inner, _ = body.section.radii(np.linspace(*body.section.ends, 101))
+            rims = 2.0 + 4.0 * (inner.max() + body.section.widest) / case.spacing
         assert abs(int(count) - promised) <= rims
     for name, values in p._asdict().items():
         if values is not None:
@@ -292,15 +295,12 @@ def plausible(key, field):
     return st.sampled_from(choices or known or [0.1, 0.9, 1, 2])
 
 
-SHAPES = ["Sphere", "SphericalShell", "Plate", "Cylinder"]
-
-
 @st.composite
 def bodies(draw):
     """Bodies of up to 2 cm, 5 cm apart."""
     shapes = draw(st.lists(st.sampled_from(SHAPES), min_size=1, max_size=4))
     return [
-        draw(table(shape, name=st.just(f"b{i}"), position=st.just(0.05 * i)))
+        draw(table(shape.__name__, name=st.just(f"b{i}"), position=st.just(0.05 * i)))
         for i, shape in enumerate(shapes)
     ]
 
@@ -379,21 +379,17 @@ def sized_cases(draw):
     size = st.floats(0.05, 400.0).map(lambda x: x * spacing)
     placed = []
     for i in range(draw(st.integers(1, 4))):
-        shape = draw(
-            st.sampled_from(["sphere", "spherical_shell", "plate", "cylinder"])
-        )
-        body = {"name": f"b{i}", "shape": shape, "material": "cu-ofhc"}
-        inner, wall, height = draw(st.just(0.0) | size), draw(size), draw(size)
-        if shape == "sphere":
-            body |= {"radius": wall}
-        elif shape == "spherical_shell":
-            body |= {"inner_radius": max(inner, spacing), "outer_radius": inner + wall}
-        else:
-            length = "thickness" if shape == "plate" else "length"
-            body |= {"inner_radius": inner, "radius": inner + wall, length: height}
-        half = inner + wall if "sphere" in shape or "shell" in shape else 0.0
-        placed.append({**body, "position": z + half})
-        z += max(2.0 * half, height)
+        shape, reached = draw(st.sampled_from(SHAPES)), 0.0
+        body = {**example(shape), "name": f"b{i}", "material": "cu-ofhc"}
+        for key in lengths(shape):
+            # What is inside comes first, and what is around it must be larger.
+            around = reached if "radius" in key else 0.0
+            body[key] = reached = around + draw(size)
+        if draw(st.booleans()) and "inner_radius" in body:
+            body["inner_radius"] = 1e-9
+        low, high = shape.model_construct(**body).section.ends
+        placed.append({**body, "position": z - low})
+        z += high - low
     duration = draw(st.floats(0.01, 1e4)) * spacing / 3940.0
     return {
         "title": "sizes",

@@ -62,6 +62,11 @@ def test_every_rank_brings_its_own_libraries():
     assert str(four.particles) in four.text()
 
 
+def test_many_ranks_take_no_more_for_the_particles_than_one():
+    one, many = (estimate(load_case(SHOT), ranks) for ranks in (1, 64))
+    assert many.memory - one.memory == pytest.approx(63 * RANK_BYTES)
+
+
 @pytest.mark.mpi(min_size=1)
 @pytest.mark.parametrize(
     ("overrides", "key"),
@@ -74,9 +79,8 @@ def test_a_case_beyond_the_memory_is_refused_on_all_ranks(monkeypatch, overrides
     """All ranks are on one node here; the last one may use less than the others."""
     comm = MPI.COMM_WORLD
     case = load_case(SHOT, overrides)
-    # 816 bytes for each particle, or 93 for each particle on every rank.
-    each = max(816, 93 * comm.size)
-    needed = comm.size * RANK_BYTES + estimate(case, 1).particles * each
+    # 816 bytes for each particle, on however many ranks.
+    needed = comm.size * RANK_BYTES + estimate(case, 1).particles * 816
     enough, short = round(1.05 * needed), round(0.95 * needed)
     monkeypatch.setattr("mpisph.solver.estimate.total_memory", lambda: enough)
     check_memory(case, comm)

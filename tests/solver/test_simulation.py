@@ -10,11 +10,12 @@ from oracles import agree
 from plates import plate_impact, states_at
 
 from mpisph.case import load_case
+from mpisph.case.discretise import InitialParticles, discretise
 from mpisph.parallel.decomposition import Cut
 from mpisph.parallel.load_balance import PairCost, imbalance, relative_pair_costs
 from mpisph.parallel.redistribution import gather_all
 from mpisph.solver.setup import step_rule
-from mpisph.solver.start import start
+from mpisph.solver.start import start, start_from
 from mpisph.solver.step import SORT_EVERY, advance, rebalance, reduce_state
 from mpisph.sph.neighbours import cell_keys
 
@@ -98,6 +99,48 @@ def test_skipping_matter_at_rest_changes_no_bit(eos):
     quick.particles.neighbours[:] = thorough.particles.neighbours[:] = 0.0
     everything = gather_all(comm, thorough.particles)
     assert_equal_on_root(comm, quick.particles, everything)
+
+
+@pytest.mark.mpi(min_size=1)
+@pytest.mark.parametrize("cut", ["z", "zr"])
+def test_each_rank_makes_its_own_share_of_the_particles(monkeypatch, cut):
+    comm = MPI.COMM_WORLD
+    made = []
+
+    def counted(*args):
+        share = discretise(*args)
+        made.append(share.id.size)
+        return share
+
+    monkeypatch.setattr("mpisph.solver.start.discretise", counted)
+    case = load_case(SHOT, ("resolution.npr=11", f"parallel.cut={cut}"))
+    sim = start(case, comm)
+    problems = []
+    if sum(made) > -(-sim.n_total // comm.size):
+        problems.append(f"{made} of {sim.n_total} particles made")
+    if not sum(comm.allgather(sum(made))) == sim.n_total == discretise(case).id.size:
+        problems.append("some are missing, or were made twice")
+    agree(comm, problems)
+
+
+@pytest.mark.mpi(min_size=1)
+def test_the_first_state_is_the_same_whoever_made_the_particles():
+    """In blocks of ids, dealt round, and all of them on the last rank."""
+    comm = MPI.COMM_WORLD
+    case = load_case(SHOT, ("resolution.npr=5",))
+    everything = discretise(case)
+    last = comm.rank == comm.size - 1
+    alone = start(case, MPI.COMM_SELF)
+    for mine in (
+        slice(comm.rank, None, comm.size),
+        slice(None) if last else slice(0),
+    ):
+        share = [None if a is None else a[mine] for a in everything]
+        sim = start_from(case, comm, InitialParticles(*share), 0.0)
+        assert sim.n_total == alone.n_total
+        assert sim.scales.energy == alone.scales.energy
+        assert np.array_equal(sim.scales.sums, alone.scales.sums)
+        assert_equal_on_root(comm, sim.particles, alone.particles)
 
 
 EVERYTHING_TO_THE_LAST = {

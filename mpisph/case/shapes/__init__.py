@@ -1,0 +1,1 @@
+"""The shapes of bodies, one file each; `bodies.SHAPES` lists them."""
