@@ -72,7 +72,11 @@ def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
     items: Any = ()
     if isinstance(value, BaseModel):
         fields = type(value).model_fields.items()
-        items = [(n, getattr(value, n)) for n, field in fields if not _is_prose(field)]
+        items = [
+            (field.alias or name, getattr(value, name))
+            for name, field in fields
+            if not _is_prose(field)
+        ]
     elif isinstance(value, Mapping):
         items = value.items()
     elif isinstance(value, list | tuple):

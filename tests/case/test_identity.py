@@ -14,7 +14,7 @@ ANOTHER = "somebody else's words"
 
 def changed(change):
     """The case with a change to it as a dictionary."""
-    data = CASE.model_dump(exclude_none=True)
+    data = CASE.model_dump(exclude_none=True, by_alias=True)
     change(data)
     return case_from_dict(data)
 
