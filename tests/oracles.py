@@ -20,7 +20,7 @@ from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC
 from mpisph.sph.neighbours import make_lattice, sort_into_cells
 from mpisph.sph.rates import update_rates
-from mpisph.sph.sources import exchanged_fields, name_fields
+from mpisph.sph.sources import EXCHANGED, exchanged_fields, name_fields
 
 DIGITS = 60
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459")
@@ -287,13 +287,14 @@ def evaluate(
         fields = np.concatenate([fields, ghosts], axis=1)
     lattice = make_lattice(h0, scheme.kappa)
     ids = fields[0].view(np.int64)
-    cells = sort_into_cells(ids, fields[3], fields[4], fields[12], lattice)
+    cells = sort_into_cells(ids, *(fields[EXCHANGED.index(x)] for x in "rzh"), lattice)
     update_rates(
         name_fields(fields),
         cells,
         lattice,
         table,
         scheme,
+        p.material,
         G,
         p.rates,
         p.div,

@@ -52,7 +52,7 @@ class Field(NamedTuple):
 FIELDS = (
     Field("id", "id", "1", "global number of the particle", "label", True, True),
     Field("body", "body", "1", "index of the body in the case", "label", False, True),
-    Field("material", "mat", "1", "index of the material", "label", True, True),
+    Field("material", "mat", "1", "index of the material", "label", False, True),
     Field("m", "m", "kg", "mass of the ring", "state", True, True),
     Field("r", "r", "m", "radius", "state", True, False),
     Field("z", "z", "m", "axial position", "state", True, False),

@@ -179,6 +179,7 @@ def evaluate_rates(
             sim.lattice,
             sim.table,
             scheme,
+            p.material,
             G,
             p.rates,
             p.div,

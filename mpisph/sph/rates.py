@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from mpisph.core.jit import EXACT
-from mpisph.core.particles import RATE, FloatArray
+from mpisph.core.particles import RATE, FloatArray, IntArray
 from mpisph.physics.kernel import lies_near_axis
 from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
@@ -66,7 +66,18 @@ def _rest(rates, k):
 
 @njit(**EXACT)
 def _update_rates(
-    sources, records, cells, lattice, table, scheme, skip, G, rates, div, count
+    sources,
+    records,
+    cells,
+    lattice,
+    table,
+    scheme,
+    skip,
+    material,
+    G,
+    rates,
+    div,
+    count,
 ):
     calm, next_change = calm_particles(records)
     runs = np.empty((cells.columns.shape[0], 2), np.int64)
@@ -111,7 +122,7 @@ def _update_rates(
         if near_axis:
             sums, _ = pair_sums(a, buffer, padded, scheme, True)
         div[k] = _write_rates(sums, a, sources, k, G[k], scheme.smoothing, rates)
-        bulk_sound_speed = table[sources.material[k]].bulk_sound_speed
+        bulk_sound_speed = table[material[k]].bulk_sound_speed
         if calm[i] and is_negligible(
             rates[:, k], bulk_sound_speed, sources.h[k], sources.rho[k]
         ):
@@ -127,6 +138,7 @@ def update_rates(
     lattice: Lattice,
     table: MaterialTable,
     scheme: SchemeConstants,
+    material: IntArray,
     G: FloatArray,
     rates: FloatArray,
     div: FloatArray,
@@ -145,8 +157,10 @@ def update_rates(
     table : structured ndarray
         Material constants.
     scheme : SchemeConstants
+    material : ndarray of int64, shape (n,)
+        Index of the owned particles' materials.
     G : ndarray, shape (n,)
-        Shear modulus of the owned particles [Pa].
+        Their shear modulus [Pa].
     rates : ndarray, shape (8, n)
         Written: rates of u_r, u_z, rho, E, S_rr, S_zz, S_rz, h.
     div, count : ndarray, shape (n,)
@@ -167,6 +181,6 @@ def update_rates(
     return int(
         _update_rates(
             sources, records, cells, lattice, table, scheme, skip_quiescent,
-            G, rates, div, count,
+            material, G, rates, div, count,
         )
     )  # fmt: skip

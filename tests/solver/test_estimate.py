@@ -79,8 +79,8 @@ def test_a_case_beyond_the_memory_is_refused_on_all_ranks(monkeypatch, overrides
     """All ranks are on one node here; the last one may use less than the others."""
     comm = MPI.COMM_WORLD
     case = load_case(SHOT, overrides)
-    # 816 bytes for each particle, on however many ranks.
-    needed = comm.size * RANK_BYTES + estimate(case, 1).particles * 816
+    # 792 bytes for each particle, on however many ranks.
+    needed = comm.size * RANK_BYTES + estimate(case, 1).particles * 792
     enough, short = round(1.05 * needed), round(0.95 * needed)
     monkeypatch.setattr("mpisph.solver.estimate.total_memory", lambda: enough)
     check_memory(case, comm)
