@@ -112,8 +112,8 @@ def draw_radiograph(
             0.06 / figure.get_figheight(),
             f"Grey: (1 \u2212 exp(\u2212µσ))$^{{{_SHADE:g}}}$ with µ = "
             f"{mass_attenuation / _KG_M2:.3g} cm²/g; parallel rays,\n"
-            f"no scattered ones. Each particle is a ring, {_WIDEN:g} sizes wide:\n"
-            "stripes are single rings, no feature of the cloud.",
+            f"no scattering. Each particle is a ring, {_WIDEN:g} sizes wide:\n"
+            "stripes are single rings, not features of the cloud.",
             ha="right",
             va="bottom",
             fontsize=7.5,
@@ -214,7 +214,7 @@ def draw_spray(snapshot: Snapshot, case: Case, out: Out) -> None:
     spray = measure_spray(snapshot.arrays, limit, direction=definition.direction)
     lines = title_lines(case, snapshot.time, exposure_at(case, snapshot.time))
     lines.append(
-        f"all that is faster than {limit / 1e3:.2f} km/s: "
+        f"everything faster than {limit / 1e3:.2f} km/s: "
         f"{1e3 * spray.mass.sum():.3g} g, axial momentum "
         f"{spray.momentum_z.sum():.3g} N s"
     )

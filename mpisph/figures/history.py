@@ -255,7 +255,7 @@ _FIGURES = (
     HistoryFigure(
         "imbalance",
         "Imbalance of the ranks",
-        "The work is cut anew where the imbalance passes the threshold.",
+        "The domain is divided again where the imbalance exceeds the threshold.",
         _draw_imbalance,
     ),
 )

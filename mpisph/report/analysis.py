@@ -50,22 +50,23 @@ class AnalysisFigure(NamedTuple):
 ANALYSES: tuple[AnalysisFigure, ...] = (
     AnalysisFigure(
         "Radiograph",
-        "What X-rays across the axis would show, in one scale with the particles. A "
-        "particle is a ring: where debris has spread, stripes are the resolution's.",
+        "What X-rays across the axis would show, above the particles at the same "
+        "scale. A particle is a ring: where the debris has spread out, stripes are "
+        "single rings.",
         draw_radiograph,
     ),
     AnalysisFigure(
         "Spray",
-        "All that moves, by the angle of its velocity with the axis: mass, axial and "
-        "radial momentum per degree. Below 90 degrees lies the cloud, above it the "
-        "ejecta.",
+        "Everything that moves, by the angle between its velocity and the axis: mass, "
+        "axial and radial momentum per degree. The cloud is below 90 degrees, the "
+        "ejecta above.",
         draw_spray,
     ),
     AnalysisFigure(
         "Fragments",
-        "Masses against axial velocity, and how many are at least as heavy. A fragment "
-        "is a whole ring of touching particles, and nothing in the scheme breaks: "
-        "their number is one of the resolution and of the distance that counts as "
+        "Mass against axial velocity, and the number of fragments at least as heavy. A "
+        "fragment is a ring of touching particles, and nothing in the scheme breaks: "
+        "their number depends on the resolution and on the distance that counts as "
         "touching.",
         draw_fragments,
     ),
@@ -140,7 +141,7 @@ def fragments_table(snapshot: Snapshot, case: Case) -> Table:
         "z [mm]", "r [mm]",
     )  # fmt: skip
     title = f"The heaviest fragments, of {len(found.mass)}"
-    caption = "Share: of the cloud's mass. Places and velocities are means by mass."
+    caption = "Share: of the cloud's mass. Positions and velocities are means by mass."
     return Table(title, heads, list(rows), caption, numbers=True)
 
 
@@ -175,10 +176,9 @@ def hole_table(snapshot: Snapshot, case: Case) -> Table:
         *_fits(case, plate),
     ]
     caption = (
-        "Computed: with one initial particle spacing, the grain of the measure; the "
+        "Computed: ± one initial particle spacing, the resolution of the measure; the "
         "hole may still grow. Fits to experiments with aluminium spheres and plates: "
-        f"a band of {100 * SCATTER:g} % to either side, about which they scatter, and "
-        "no target."
+        f"a band of ±{100 * SCATTER:g} %, about which they scatter, not a target."
     )
     return Table(title, heads, list(rows), caption, numbers=True)
 

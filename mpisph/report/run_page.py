@@ -32,7 +32,7 @@ from mpisph.report.run_tables import (
     timing_table,
     us,
 )
-from mpisph.report.study_page import MOST_OPEN, StudySection, study_sections
+from mpisph.report.study_page import MOST_OPEN, StudyView, study_views
 
 REPORT_FILE = "report.html"
 
@@ -74,7 +74,7 @@ class Debris(NamedTuple):
     tables: list[Table]
 
 
-class RunSection(NamedTuple):
+class RunView(NamedTuple):
     """What the template shows of a run.
 
     Attributes
@@ -175,15 +175,15 @@ def write_report(
     runs = [read_run(f, name) for f, name in zip(folders, names, strict=True)]
     placed = [(run, f"run-{index}") for index, run in enumerate(runs, 1)]
     tables = [runs_table(placed), comparison_table(placed)] if len(runs) > 1 else []
-    sections = [_section(run, place) for run, place in placed]
-    varied = study_sections(studies, root)
-    titles = [s.title for s in varied] + [s.title for s in sections]
+    views = [_run_view(run, place) for run, place in placed]
+    varied = study_views(studies, root)
+    titles = [s.title for s in varied] + [s.title for s in views]
     html = render(
         "runs.html",
-        title=titles[0] if len(titles) == 1 else _page_title(varied, sections),
+        title=titles[0] if len(titles) == 1 else _page_title(varied, views),
         tables=[table for table in tables if table is not None],
         studies=varied,
-        sections=sections,
+        runs=views,
         most_open=MOST_OPEN,
     )
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -191,13 +191,11 @@ def write_report(
     return out
 
 
-def _page_title(varied: Sequence[StudySection], sections: Sequence[RunSection]) -> str:
+def _page_title(varied: Sequence[StudyView], views: Sequence[RunView]) -> str:
     """Return how many studies and runs a page shows."""
     studies = "1 study" if len(varied) == 1 else f"{len(varied)} studies"
-    runs = "1 run" if len(sections) == 1 else f"{len(sections)} runs"
-    return (
-        f"{' and '.join([studies] * bool(varied) + [runs] * bool(sections))} of mpisph"
-    )
+    runs = "1 run" if len(views) == 1 else f"{len(views)} runs"
+    return f"{' and '.join([studies] * bool(varied) + [runs] * bool(views))} of mpisph"
 
 
 def _names(folders: Sequence[Path]) -> list[str]:
@@ -209,13 +207,13 @@ def _names(folders: Sequence[Path]) -> list[str]:
     return names
 
 
-def _section(run: StoredRun, place: str) -> RunSection:
+def _run_view(run: StoredRun, place: str) -> RunView:
     """Return what the page shows of a run."""
     shown = _large(run)
     panels, panels_text = _panels(run, {item.path for item in shown})
     ended = run.result is not None
     exposed = any(item.exposure is not None for item in shown)
-    return RunSection(
+    return RunView(
         place=place,
         name=run.name,
         title=run.case.title,
@@ -388,7 +386,7 @@ def _trouble(run: StoredRun) -> Iterator[Notice]:
         case "stopped" | "failed" | "killed":
             kind = "warn" if run.state == "stopped" else "bad"
             how = "failed" if run.state == "failed" else f"was {run.state}"
-            text = f"The run {how}{because}; mpisph resume goes on with it."
+            text = f"The run {how}{because}; mpisph resume continues it."
             yield Notice(kind, text)
         case "running":
-            yield Notice("info", f"The run is under way: as of {run.status.updated}.")
+            yield Notice("info", f"The run is in progress, as of {run.status.updated}.")

@@ -16,9 +16,9 @@ from mpisph.report.page import NONE, Link, Table
 Row = tuple[str | Link, ...]
 
 OFFSET_TEXT = (
-    "The exposure times are quoted on the experiment's clock, whose zero is not that "
-    "of first contact: so each exposure is compared twice, at its nominal time as if "
-    "there were no difference, and with the case's clock offset added."
+    "Exposure times are those of the experiment's clock, whose zero is not the moment "
+    "of first contact. Each exposure is therefore compared twice: at its nominal time, "
+    "as if there were no difference, and with the case's clock offset added."
 )
 
 _SMOOTHING = {
@@ -91,7 +91,7 @@ def materials_table(case: Case) -> Table:
         "material", "what it is", "ρ₀ [kg/m³]", "equation of state", "strength",
         "failure",
     )  # fmt: skip
-    return Table("Materials", heads, rows, "Sources stand in the case file below.")
+    return Table("Materials", heads, rows, "Sources are given in the case file below.")
 
 
 def _model(models: MaterialModels, kind: str) -> str:
@@ -242,7 +242,7 @@ def timing_table(run: StoredRun) -> Table:
     ]
     if t.wall > known:
         rest = t.wall - known
-        rows.append(("all else", f"{rest:.2f}", f"{100 * rest / t.wall:.0f} %"))
+        rows.append(("everything else", f"{rest:.2f}", f"{100 * rest / t.wall:.0f} %"))
     rows.append(("whole run", f"{t.wall:.2f}", "100 %"))
     ranks = (
         "1 rank" if t.ranks == 1 else f"{t.ranks} ranks, of which the slowest counts"
@@ -262,7 +262,7 @@ def provenance_table(run: StoredRun) -> Table:
     ]
     status = run.status
     rows += [("ranks", str(status.ranks)), ("starts", str(status.starts))]
-    rows += [("last started", status.started), ("last heard of", status.updated)]
+    rows += [("last started", status.started), ("last update", status.updated)]
     return Table("", ("", ""), rows)
 
 
@@ -331,7 +331,7 @@ def comparison_table(runs: Sequence[tuple[StoredRun, str]]) -> Table | None:
         "reached, or not measured."
     )
     return Table(
-        "Beside the experiment",
+        "Comparison with the experiment",
         ("run", "exposure", *heads),
         rows,
         caption,

@@ -6,24 +6,27 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from mpisph.report.page import NONE, Figure, Notice, Table, embed
-from mpisph.report.study_tables import (
-    READINGS,
+from mpisph.report.page import Figure, Notice, Table, embed
+from mpisph.report.paper_tables import (
+    Grid,
     agreement_table,
     best_table,
+    grid_of,
+    paper_table,
+    ranges_text,
+)
+from mpisph.report.study_tables import (
     cases_table,
     convergence_table,
-    paper_table,
     provenance_table,
     setup_tables,
-    share,
     trouble_tables,
 )
-from mpisph.study.model import FigureSpec, Study, Value, load_study
+from mpisph.study.model import FigureSpec, Study, load_study
 from mpisph.study.paper.best import best_sets
 from mpisph.study.paper.checks import decide
 from mpisph.study.paper.claims_file import Claim, Try, load_claims
-from mpisph.study.paper.ranges import TOTALS, Agreement, RangeCell, agreement
+from mpisph.study.paper.ranges import TOTALS, agreement
 from mpisph.study.paper.verdict import Word
 from mpisph.study.plots.axes import Clock, axis_of, clock_text
 from mpisph.study.plots.convergence import convergence_panels
@@ -36,9 +39,6 @@ CLAIMS_FILE = "claims.toml"
 
 MOST_OPEN = 20
 """Rows of a table that is shown without being opened."""
-
-SHADES = 5
-"""Steps of colour from no case judged as in the paper to all."""
 
 _STANDING_BADGES: dict[Standing, str] = {
     "completed": "good",
@@ -58,11 +58,11 @@ _WORD_BADGES: dict[Word, str] = {
 }
 
 _CAPTIONS = {
-    "lines": "Nominal times stand to the left or above, with the clock offset to the "
-    "right or below. Crosses at the foot of a panel: unstable runs.",
+    "lines": "Left or above: nominal times; right or below: with the clock offset. "
+    "Crosses at the bottom of a panel: unstable runs.",
     "map": "A cell for each run: mean of the absolute errors of all measured figures.",
     "shots": "(computed − measured)/measured, for every measured figure.",
-    "convergence": "Along the axis stands 1/NPR: the finest runs are to the left.",
+    "convergence": "The axis is 1/NPR: the finest runs are on the left.",
 }
 
 
@@ -78,45 +78,6 @@ class Badge(NamedTuple):
 
     kind: str
     text: str
-
-
-class GridCell(NamedTuple):
-    """A combination of settings, with a range of one more here and in the paper.
-
-    Attributes
-    ----------
-    ours, paper : str
-        The ranges.
-    alike : str
-        How many of the values compared are judged alike, such as ``17/19``.
-    shade : int or None
-        From 0, none alike, to `SHADES` - 1, all; None where nothing is compared.
-    """
-
-    ours: str
-    paper: str
-    alike: str
-    shade: int | None
-
-
-class Grid(NamedTuple):
-    """Ranges over one or two parameters.
-
-    Attributes
-    ----------
-    title : str
-    corner : str
-        What the heads of rows and columns are.
-    columns : list of str
-        Heads.
-    rows : list of (str, list of GridCell or None)
-        Each with its head; None where the paper says nothing.
-    """
-
-    title: str
-    corner: str
-    columns: list[str]
-    rows: list[tuple[str, list[GridCell | None]]]
 
 
 class TryView(NamedTuple):
@@ -145,7 +106,7 @@ class ClaimView(NamedTuple):
     finding: str
 
 
-class StudySection(NamedTuple):
+class StudyView(NamedTuple):
     """What the template shows of a study.
 
     Attributes
@@ -211,7 +172,7 @@ class _Loaded(NamedTuple):
     rows: list[Row]
 
 
-def study_sections(paths: Sequence[Path], root: Path) -> list[StudySection]:
+def study_views(paths: Sequence[Path], root: Path) -> list[StudyView]:
     """Return what a page shows of studies.
 
     Parameters
@@ -223,7 +184,7 @@ def study_sections(paths: Sequence[Path], root: Path) -> list[StudySection]:
 
     Returns
     -------
-    list of StudySection
+    list of StudyView
         In the order of `paths`.
 
     Raises
@@ -236,14 +197,14 @@ def study_sections(paths: Sequence[Path], root: Path) -> list[StudySection]:
     studies = [load_study(path) for path in paths]
     loaded = [_Loaded(study, collect(study, root)) for study in studies]
     return [
-        _section(item, loaded, f"study-{index}", root)
+        _study_view(item, loaded, f"study-{index}", root)
         for index, item in enumerate(loaded, 1)
     ]
 
 
-def _section(
+def _study_view(
     item: _Loaded, loaded: Sequence[_Loaded], place: str, root: Path
-) -> StudySection:
+) -> StudyView:
     study, rows = item
     figures = _figures(study, rows)
     found = [agreement(study, rows, clock) for clock in TOTALS]
@@ -253,9 +214,9 @@ def _section(
     files = {
         "study file": str(study.path),
         "runs": f"{root / CASES_FOLDER}, by the names in the column run of the table",
-        "table with all columns": f"{table}; mpisph study collect writes it anew",
+        "table with all columns": f"{table}; mpisph study collect writes it again",
     }
-    return StudySection(
+    return StudyView(
         place=place,
         name=study.name,
         title=study.file.title,
@@ -267,8 +228,8 @@ def _section(
         figures=figures,
         convergence=_convergence(study, rows),
         ranges=ranges,
-        ranges_text=_ranges_text(study) if ranges else "",
-        grids=[grid for a in found if (grid := _grid(study, a)) is not None],
+        ranges_text=ranges_text(study) if ranges else "",
+        grids=[grid for a in found if (grid := grid_of(study, a)) is not None],
         best=None if sets is None else best_table(study, sets),
         paper=paper_table(study, rows),
         claims=_claims(study, loaded),
@@ -293,7 +254,7 @@ def _notices(
     """Say what is missing, and what went wrong."""
     found = Counter(row["status"] for row in rows)
     todo, whole = found["to do"], len(rows)
-    again = "mpisph study run goes on with the study."
+    again = "mpisph study run continues the study."
     if todo == whole:
         yield Notice("warn", f"No case has been run yet: {again}")
     elif todo:
@@ -301,12 +262,12 @@ def _notices(
     if found["stopped"]:
         yield Notice("warn", f"{_of(found['stopped'], whole)} been stopped: {again}")
     if found["failed"]:
-        text = f"{_of(found['failed'], whole)} failed; the reasons stand below."
+        text = f"{_of(found['failed'], whole)} failed; the reasons are given below."
         yield Notice("bad", text)
     if found["running"]:
-        yield Notice("info", f"{found['running']} of {whole} cases are under way.")
+        yield Notice("info", f"{found['running']} of {whole} cases are running.")
     if study.file.figure is not None and not figures:
-        yield Notice("warn", "No run has got so far that there is a figure to draw.")
+        yield Notice("warn", "There is no figure yet: no run has results to draw.")
 
 
 def _of(some: int, whole: int) -> str:
@@ -367,58 +328,6 @@ def _convergence(study: Study, rows: Sequence[Row]) -> list[Table]:
             title = clock_text(given, spec.clocks[-1])
             tables.append(convergence_table(panels, title[0].upper() + title[1:]))
     return [table for table in tables if table.rows]
-
-
-def _ranges_text(study: Study) -> str:
-    paper = study.file.paper
-    label = axis_of(study, paper.parameter).label
-    return (
-        f"Values of {label} with a total error below {paper.limit_percent:g} %: bold "
-        "ours, which end where a value has not been run; below it the paper’s range, "
-        "and how many of the values compared are judged alike. The darker, the fewer "
-        "are; grey: nothing to compare."
-    )
-
-
-def _grid(study: Study, found: Agreement) -> Grid | None:
-    """Return the paper's ranges over one or two parameters; None for more."""
-    if not found.cells or len(found.cells[0].at) > 2:
-        return None
-    names: list[str | None] = [*found.cells[0].at, None]
-    down, across = (axis_of(study, name) for name in names[:2])
-    cells: dict[tuple[Value, ...], GridCell] = {}
-    for cell in found.cells:
-        at: list[Value] = [*cell.at.values(), ""]
-        cells[tuple(at[:2])] = _grid_cell(cell)
-    share_alike = share(found.alike, found.compared)
-    alike = f"{found.alike} of {found.compared} alike, {share_alike}"
-    return Grid(
-        title=f"{READINGS[found.clock]}: ".capitalize() + alike,
-        corner=f"{down.label}\u00a0\\ {across.label}".removesuffix("\u00a0\\ "),
-        columns=list(across.names),
-        rows=[
-            (name, [cells.get((value, other)) for other in across.values])
-            for value, name in zip(down.values, down.names, strict=True)
-        ],
-    )
-
-
-def _grid_cell(cell: RangeCell) -> GridCell:
-    shade = None
-    if cell.compared:
-        shade = min(int(SHADES * cell.alike / cell.compared), SHADES - 1)
-    alike = f"{cell.alike}/{cell.compared}" if cell.compared else ""
-    ours = _range_words(cell.ours) if cell.compared else NONE
-    return GridCell(ours, _range_words(cell.paper), alike, shade)
-
-
-def _range_words(text: str) -> str:
-    """Return ranges as `ranges` writes them, with an open end in words of signs."""
-    pieces = [
-        f"≥\u00a0{piece[:-1]}" if piece.endswith("-") else piece.replace("-", "–")
-        for piece in text.split(", ")
-    ]
-    return ", ".join(pieces)
 
 
 def _claims(study: Study, loaded: Sequence[_Loaded]) -> list[ClaimView]:

@@ -1,19 +1,15 @@
 """The tables on a study's page, in mm, us, g and %."""
 
 import math
-import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from mpisph.case.sections import Exposure
-from mpisph.case.times import same_time
 from mpisph.report.page import NONE, Link, Table
 from mpisph.report.run_tables import count, mm, small
-from mpisph.study.model import Parameter, Study, StudyCase, Value
-from mpisph.study.paper.best import BestSet
-from mpisph.study.paper.ranges import TOTALS, Agreement, RangeClock
+from mpisph.study.model import Parameter, Study, Value
+from mpisph.study.paper.ranges import TOTALS, RangeClock
 from mpisph.study.plots.axes import Clock, axis_of, exposures, size_column
 from mpisph.study.plots.convergence import ConvergencePanel, ConvergenceSeries
 from mpisph.study.store import Standing
@@ -21,23 +17,8 @@ from mpisph.study.table import Row
 
 Cells = tuple[str | Link, ...]
 
-BEST_SHOWN = 10
-"""Sets of parameters listed."""
-
-PAPER_NPH, PAPER_ALPHA, PAPER_BETA = 2.0, 5.0, 5.0
-"""The set that Lee, Seo and Min (2003) choose in section 4."""
-
-READINGS: dict[RangeClock, str] = {
-    "nominal": "nominal times",
-    "offset": "the case’s clock offset",
-    "fitted": "clock offset fitted by run",
-}
-"""What the readings of the clock are called."""
-
 _EVEN = 5
 # Numbers at even distances are listed up to here; more are told by their step.
-
-_ERROR = re.compile(r"(.*)_([RL]_b)_(.+us)_error_percent")
 
 
 def setup_tables(study: Study) -> list[Table]:
@@ -63,14 +44,15 @@ def setup_tables(study: Study) -> list[Table]:
 
 def _parameter_rows(study: Study) -> Iterator[Cells]:
     for p in study.file.parameters:
-        yield _label(p), p.key, _values(p)
+        yield label_of(p), p.key, _values(p)
         for derived in study.file.derived:
             if derived.parameter == p.name:
                 factor = "" if derived.factor == 1.0 else f"{derived.factor:g} times "
                 yield "", derived.key, f"{factor}the same"
 
 
-def _label(parameter: Parameter) -> str:
+def label_of(parameter: Parameter) -> str:
+    """Return what a parameter is called, with its unit."""
     unit = f" [{parameter.unit}]" if parameter.unit else ""
     label = (parameter.label or parameter.name).replace(" = ", "\u00a0=\u00a0")
     return f"{label}{unit}"
@@ -195,7 +177,7 @@ def cases_table(study: Study, rows: Sequence[Row]) -> Table:
     sizes = list(_sizes(study, rows))
     totals = [clock for clock in TOTALS if _any(rows, TOTALS[clock])]
     heads = ["case", *["variant"] * bool(study.file.variants)]
-    heads += [_label(p) for p in study.file.parameters]
+    heads += [label_of(p) for p in study.file.parameters]
     heads += ["state", *(f"total error {clock} [%]" for clock in totals)]
     heads += ["fitted offset [µs]"] * ("fitted" in totals)
     heads += [f"{q} {1e6 * t:g} µs {clock}" for q, t, clock in sizes]
@@ -239,10 +221,10 @@ def _case_row(
         cells.append(variant_names(study)[row["variant"]])
     cells += [value_text(row[p.name]) for p in study.file.parameters]
     cells.append(row["status"])
-    cells += [_number(row.get(TOTALS[clock]), ".1f") for clock in totals]
+    cells += [number(row.get(TOTALS[clock]), ".1f") for clock in totals]
     if "fitted" in totals:
-        cells.append(_number(row.get("fitted_offset_us"), ".2f"))
-    cells += [_size(row, *what) for what in sizes]
+        cells.append(number(row.get("fitted_offset_us"), ".2f"))
+    cells += [size_text(row, *what) for what in sizes]
     if ended:
         steps = row.get("steps")
         cells.append(_energy(row.get("energy_error")))
@@ -250,21 +232,22 @@ def _case_row(
     return tuple(cells)
 
 
-def _size(row: Row, quantity: str, time: float, clock: Clock) -> str:
+def size_text(row: Row, quantity: str, time: float, clock: Clock) -> str:
     """Return a size of a run in mm with its error."""
     size = row.get(size_column(quantity, time, clock, "mm"))
     error = row.get(size_column(quantity, time, clock, "error_percent"))
     if size is None:
         return NONE
-    return f"{size:.1f}" if error is None else f"{size:.1f} ({_error(error)})"
+    return f"{size:.1f}" if error is None else f"{size:.1f} ({error_text(error)})"
 
 
-def _error(percent: float | None) -> str:
+def error_text(percent: float | None) -> str:
     """Return an error [%] with its sign; the head or the caption has the unit."""
-    return _number(percent, "+.1f")
+    return number(percent, "+.1f")
 
 
-def _number(value: float | None, form: str) -> str:
+def number(value: float | None, form: str) -> str:
+    """Return a number with a minus sign as is printed; a dash for none."""
     if value is None or not math.isfinite(value):
         return NONE
     return f"{value:{form}}".replace("-", "\u2212")
@@ -272,182 +255,6 @@ def _number(value: float | None, form: str) -> str:
 
 def _energy(value: float | None) -> str:
     return NONE if value is None or not math.isfinite(value) else small(value)
-
-
-def paper_table(study: Study, rows: Sequence[Row]) -> Table:
-    """Return the single figures that the paper gives, beside the runs'.
-
-    Parameters
-    ----------
-    study : Study
-    rows : sequence of dict
-        From `collect`.
-
-    Returns
-    -------
-    Table
-        Without rows where the paper gives none.
-    """
-    found: list[Cells] = []
-    for given in study.file.paper.values:
-        for case, row in zip(study.cases, rows, strict=True):
-            if any(row[name] != value for name, value in given.at.items()):
-                continue
-            for e in _exposures_at(case, 1e-6 * given.time):
-                cells: Cells = (settings_text(study, row), f"{given.time:g} µs")
-                for q, measured, paper in (
-                    ("R_b", e.radius, given.radius),
-                    ("L_b", e.length, given.length),
-                ):
-                    cells += (mm(measured), _beside(paper, measured))
-                    cells += (_size(row, q, e.time, "nominal"),)
-                    cells += (_size(row, q, e.time, "offset"),)
-                found.append(cells)
-    kinds = ("measured", "paper", "nominal", "offset")
-    heads = [f"{name} {kind}" for name in ("R_b", "L_b") for kind in kinds]
-    caption = (
-        "In mm, outermost particles, in brackets the error against the measurement in "
-        "%. The paper’s figures are at the nominal time; nominal and offset are ours."
-    )
-    return Table(
-        "", ("case", "exposure", *heads), found, caption, numbers=True, words=(1,)
-    )
-
-
-def _exposures_at(case: StudyCase, time: float) -> list[Exposure]:
-    measured = case.case.measured
-    if measured is None:
-        return []
-    return [e for e in measured.exposures if same_time(e.time, time)]
-
-
-def _beside(paper: float | None, measured: float | None) -> str:
-    """Return the paper's size [mm] with its error against the measured one [m]."""
-    if paper is None:
-        return NONE
-    if measured is None:
-        return f"{paper:.1f}"
-    return f"{paper:.1f} ({_error(100.0 * (1e-3 * paper / measured - 1.0))})"
-
-
-def agreement_table(study: Study, found: Sequence[Agreement]) -> Table:
-    """Return how far the runs agree with the paper's ranges, for each clock.
-
-    Parameters
-    ----------
-    study : Study
-        With ranges.
-    found : sequence of Agreement
-    """
-    rows: list[Cells] = []
-    for a in found:
-        both = sum(cell.both for cell in a.cells)
-        ours = sum(cell.ours_only for cell in a.cells)
-        paper = sum(cell.paper_only for cell in a.cells)
-        blind = max(both + paper, a.compared - both - paper)
-        rows.append(
-            (
-                READINGS[a.clock],
-                f"{a.alike} of {a.compared}",
-                share(a.alike, a.compared),
-                share(blind, a.compared),
-                str(both),
-                str(ours),
-                str(paper),
-            )
-        )
-    limit = f"{study.file.paper.limit_percent:g} %"
-    heads = (
-        "reading of the clock", "judged alike", "share", "one answer for all",
-        "below in both", "here alone", "in the paper alone",
-    )  # fmt: skip
-    caption = (
-        f"A case is judged alike where its total error is below {limit} here and in "
-        f"the paper, or in neither; an unstable run is not below. {len(study.cases)} "
-        "cases; those that have not been run are not compared. One answer for all: the "
-        "share if every case were said to be below, or none, whichever is more."
-    )
-    return Table("", heads, rows, caption, numbers=True)
-
-
-def share(part: int, whole: int) -> str:
-    """Return a part of a whole [%]; a dash where there is none."""
-    return f"{100 * part / whole:.0f}\u00a0%" if whole else NONE
-
-
-def best_table(study: Study, sets: Sequence[BestSet]) -> Table:
-    """Return the best sets of parameters, and the paper's own.
-
-    Parameters
-    ----------
-    study : Study
-    sets : sequence of BestSet
-        From `best_sets`.
-
-    Returns
-    -------
-    Table
-        Without rows where no set has all of its runs, and the paper's has none.
-    """
-    ranked = [s for s in sets if s.max_percent is not None]
-    own = _paper_set(study)
-    rows = [
-        _best_row(study, f"{rank}{', the paper’s' * (s.settings == own)}", s)
-        for rank, s in enumerate(ranked, 1)
-        if rank <= BEST_SHOWN
-    ]
-    for s in sets:
-        if s.settings == own and s not in ranked[:BEST_SHOWN]:
-            rank = f"{ranked.index(s) + 1}, " if s in ranked else ""
-            rows.append(_best_row(study, f"{rank}the paper’s", s))
-    errors = list(sets[0].errors) if sets else []
-    names = variant_names(study)
-    heads = ["rank", *(_label(p) for p in study.file.parameters), "offset [µs]"]
-    heads += [
-        "largest error [%]",
-        "mean error [%]",
-        *(_error_head(e, names) for e in errors),
-    ]
-    clock = names.get(study.file.clock_from or "", "")
-    caption = (
-        f"{len(ranked)} of {len(sets)} sets have all of their runs; ranked by the "
-        "largest of the absolute errors at the exposures that all variants have. The "
-        f"clock offset is fitted on {clock} alone, for each set on its own run. Errors "
-        "in %, by the outermost particles."
-    )
-    return Table("", tuple(heads), rows, caption, numbers=True)
-
-
-def _paper_set(study: Study) -> dict[str, Any] | None:
-    """Return the settings of the paper's own set, where the study has it."""
-    for case in study.cases:
-        viscosity = case.case.scheme.viscosity
-        found = (case.case.resolution.nph, viscosity.alpha, viscosity.beta)
-        if found == (PAPER_NPH, PAPER_ALPHA, PAPER_BETA):
-            return case.settings
-    return None
-
-
-def _error_head(column: str, names: dict[str, str]) -> str:
-    found = _ERROR.fullmatch(column)
-    if found is None:
-        return column
-    variant, quantity, time = found.groups()
-    # Broken between its three parts alone.
-    name = names.get(variant, variant).replace("-", "\N{NON-BREAKING HYPHEN}")
-    return f"{name} {quantity} {time.removesuffix('us')}\u00a0µs".strip()
-
-
-def _best_row(study: Study, rank: str, s: BestSet) -> Cells:
-    offset = _number(s.offset_us, ".2f")
-    return (
-        rank,
-        *(value_text(s.settings[p.name]) for p in study.file.parameters),
-        offset if s.fitted else f"{offset}, not fitted",
-        _number(s.max_percent, ".1f"),
-        _number(s.mean_percent, ".1f"),
-        *(_error(error) for error in s.errors.values()),
-    )
 
 
 def convergence_table(panels: Sequence[ConvergencePanel], title: str) -> Table:
@@ -473,9 +280,9 @@ def convergence_table(panels: Sequence[ConvergencePanel], title: str) -> Table:
     )  # fmt: skip
     caption = (
         "p: observed order of the finest three resolutions. Extrapolated: Richardson’s "
-        "value at infinite resolution, none where the changes do not fall steadily. "
-        "GCI: grid convergence index, the uncertainty of the finest value relative to "
-        "it; of values that diverge it is no bound."
+        "value at infinite resolution, none where the changes do not decrease "
+        "steadily. GCI: grid convergence index, the uncertainty of the finest value "
+        "relative to it; of values that diverge it is no bound."
     )
     words = (1, heads.index("behaviour"))
     return Table(title, heads, rows, caption, numbers=True, words=words)
@@ -486,7 +293,7 @@ def _convergence_row(
 ) -> Cells:
     c = s.convergence
     values = dict(zip(map(float, c.npr), map(float, c.values), strict=True))
-    order = _number(c.order, ".2f")
+    order = number(c.order, ".2f")
     if math.isfinite(c.order_used) and c.order_used != c.order:
         word = "limited to" if math.isfinite(c.order) else "assumed"
         order = f"{order}, {word} {c.order_used:g}".removeprefix(f"{NONE}, ")
@@ -503,7 +310,7 @@ def _convergence_row(
 
 
 def _scaled(value: float | None, scale: float) -> str:
-    text = _number(None if value is None else scale * value, "#.4g")
+    text = number(None if value is None else scale * value, "#.4g")
     return text.removesuffix(".")
 
 
@@ -540,7 +347,7 @@ def trouble_tables(study: Study, rows: Sequence[Row]) -> list[Table]:
                 settings_text(study, row),
                 row["run"],
                 NONE if row.get("steps") is None else count(row["steps"]),
-                _number(row.get("time_us"), ".2f"),
+                number(row.get("time_us"), ".2f"),
             )
             for row in found
         ]

@@ -241,7 +241,6 @@ def write_table(study: Study, root: Path, rows: Sequence[Row], parquet: bool) ->
         If a file cannot be written.
     """
     folder = study_folder(root, study)
-    folder.mkdir(parents=True, exist_ok=True)
     write_rows(folder / TABLE_FILE, rows)
     if parquet:
         _write_parquet(folder / PARQUET_FILE, rows)
@@ -254,6 +253,7 @@ def write_rows(path: Path, rows: Sequence[Row]) -> None:
     Parameters
     ----------
     path : Path
+        Its folder is made where it is missing.
     rows : sequence of dict
 
     Raises
@@ -261,6 +261,7 @@ def write_rows(path: Path, rows: Sequence[Row]) -> None:
     OSError
         If the file cannot be written.
     """
+    path.parent.mkdir(parents=True, exist_ok=True)
     text = io.StringIO()
     writer = csv.DictWriter(text, columns(rows), lineterminator="\n")
     writer.writeheader()

@@ -80,8 +80,8 @@ def test_the_hole_beside_the_bands_of_the_fits(case, snapshot):
     assert found["Maiden’s fit"] == f"{0.9 * maiden:.1f} – {1.1 * maiden:.1f}"
     assert found["Nysmith’s fit"] == f"{0.9 * nysmith:.1f} – {1.1 * nysmith:.1f}"
     caption = hole_table(snapshot, case).caption
-    assert "a band of 10 % to either side" in caption
-    assert "no target" in caption
+    assert "a band of ±10 %" in caption
+    assert "not a target" in caption
 
 
 def test_other_projectiles_have_no_fit(case, snapshot):

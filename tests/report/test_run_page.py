@@ -57,7 +57,7 @@ def test_the_page_is_whole_in_itself(page):
     assert "width=device-width" in page.all("meta", "content")[0]
     assert page.headings[1:] == [
         "Bodies",
-        "Debris cloud beside the experiment",
+        "Debris cloud compared with the experiment",
         "Cloud, plate and ejecta at the exposures",
         "Other times",
         "Debris",
@@ -159,8 +159,8 @@ def test_runs_of_one_name_are_told_apart(finished, tmp_path, dots):
 @pytest.mark.parametrize(
     ("state", "words"),
     [
-        ("stopped", "The run was stopped (a reason & more); mpisph resume goes on"),
-        ("failed", "The run failed (a reason & more); mpisph resume goes on"),
+        ("stopped", "The run was stopped (a reason & more); mpisph resume continues"),
+        ("failed", "The run failed (a reason & more); mpisph resume continues"),
         ("running", "The run was killed (a reason & more)"),
     ],
 )
@@ -209,7 +209,7 @@ def test_a_run_without_plate_sphere_and_measurements(tmp_path):
     # The last snapshot large, three small; no figures of a cloud.
     assert len(page.pictures()) == 1 + 3 + 3
     both = page_of([folder, folder], tmp_path / "report.html")
-    assert "Beside the experiment" not in both.headings
+    assert "Comparison with the experiment" not in both.headings
 
 
 def test_a_run_without_snapshots_and_history(copy, tmp_path):

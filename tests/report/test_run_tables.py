@@ -198,7 +198,7 @@ def test_time_by_phase_adds_up(stored):
         ("pair loop", "5.00", "50 %"),
         ("snapshots and checkpoints", "2.00", "20 %"),
         ("halo", "1.00", "10 %"),
-        ("all else", "2.00", "20 %"),
+        ("everything else", "2.00", "20 %"),
         ("whole run", "10.00", "100 %"),
     ]
     assert "2 ranks, of which the slowest counts" in table.caption

@@ -162,7 +162,7 @@ def test_the_page_is_whole_in_itself(page):
         "In all cases",
         "Measured",
         "Figure",
-        "Beside the paper’s figures",
+        "Comparison with the paper’s values",
         "Claims of the paper",
         "3. Lb falls <on>",
         "All cases",
@@ -180,9 +180,9 @@ def test_the_page_is_whole_in_itself(page):
 def test_standings_and_notices(page):
     assert "6 cases: 2 completed1 unstable1 failed1 stopped1 to do" in page.text
     for words in (
-        "1 of 6 cases has not been run: mpisph study run goes on",
-        "1 of 6 cases has been stopped: mpisph study run goes on",
-        "1 of 6 cases has failed; the reasons stand below.",
+        "1 of 6 cases has not been run: mpisph study run continues",
+        "1 of 6 cases has been stopped: mpisph study run continues",
+        "1 of 6 cases has failed; the reasons are given below.",
     ):
         assert words in page.text
 
@@ -308,7 +308,7 @@ def test_without_runs_and_claims_the_page_is_sound(tmp_path):
     assert_links_lead_somewhere(page)
     assert "No case has been run yet" in page.text
     assert "6 cases: 6 to do" in page.text
-    assert "No run has got so far" in page.text
+    assert "There is no figure yet" in page.text
     assert page.table("case", "variant", "NPH", "state")[5][3] == "to do"
     assert len(page.table("case", "variant", "NPH", "state")[5]) == 4
     assert page.pictures() == []

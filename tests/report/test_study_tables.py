@@ -6,8 +6,8 @@ import pytest
 from launch import CASES
 
 from mpisph.analysis.convergence import converge
+from mpisph.report.paper_tables import best_table
 from mpisph.report.study_tables import (
-    best_table,
     cases_table,
     convergence_table,
     provenance_table,

@@ -200,11 +200,9 @@ def write_best(study: Study, root: Path, rows: Sequence[Row]) -> Path | None:
     """
     if study.file.clock_from is None:
         return None
-    lines = [_line(s) for s in best_sets(study, rows, root)]
-    folder = study_folder(root, study)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_rows(folder / BEST_FILE, lines)
-    return folder / BEST_FILE
+    out = study_folder(root, study) / BEST_FILE
+    write_rows(out, [_line(s) for s in best_sets(study, rows, root)])
+    return out
 
 
 def _line(s: BestSet) -> Row:

@@ -238,7 +238,7 @@ def _chosen(key: Key, given: Mapping[str, Value], study: Study) -> Iterator[Find
         if name not in varied:
             yield from _unknown({(*key, name): name}, [*varied], "parameter", study)
         elif value not in varied[name]:
-            text = f"no case of study {study.name} has it"
+            text = f"no case of study {study.name} has this value"
             guess = nearest(str(value), map(str, varied[name]))
             yield Finding((*key, name), text, guess)
 
@@ -253,7 +253,7 @@ def _number(key: Key, name: str, study: Study) -> Iterator[Finding]:
 
 def _empty_choices(attempt: Try, study: Study) -> Iterator[Finding]:
     """Say where a try, whose names are all known, means no case of its study."""
-    none = f"no case of study {study.name} is meant"
+    none = f"no case of study {study.name} matches"
     cases: list[Row] = [
         {"case": c.number, "variant": c.variant, **c.settings, "run": c.key}
         for c in study.cases
@@ -271,7 +271,7 @@ def _empty_choices(attempt: Try, study: Study) -> Iterator[Finding]:
             text = f"no case of study {study.name} is to be compared with the reference"
             yield Finding(("regions",), text)
         elif any(len(base) != 1 for _, base in pairs):
-            text = "expected one case of the reference beside each that is compared"
+            text = "expected one reference case for each case that is compared"
             yield Finding(("reference",), text)
     if attempt.bands:
         for name in dict.fromkeys(row["variant"] for row in rows):

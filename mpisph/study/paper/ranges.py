@@ -255,8 +255,7 @@ def write_ranges(study: Study, root: Path, rows: Sequence[Row]) -> Path | None:
         for a in agreements
         for cell in a.cells
     ]
-    folder = study_folder(root, study)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / RANGES_TEXT_FILE, ranges_markdown(study, agreements))
-    write_rows(folder / RANGES_FILE, lines)
-    return folder / RANGES_FILE
+    out = study_folder(root, study) / RANGES_FILE
+    write_rows(out, lines)
+    write_text(out.with_name(RANGES_TEXT_FILE), ranges_markdown(study, agreements))
+    return out
