@@ -130,7 +130,7 @@ def keep_late_start(case: Case, comm: MPI.Intracomm, time: float, store: Path) -
 
 
 def start_late(case: Case, path: Path, comm: MPI.Intracomm) -> Simulation:
-    """Go on with a case from one of its snapshots.
+    """Continue a case from one of its snapshots.
 
     Raises
     ------

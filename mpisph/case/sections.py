@@ -189,6 +189,6 @@ class Checkpoints(FrozenModel):
     """When a run writes checkpoints, from which it can be resumed."""
 
     wall_interval: PositiveTime = 600.0
-    """Interval on the clock on the wall."""
+    """Interval of wall-clock time."""
     interval: PositiveTime | None = None
     """Interval of simulated time; none, if left out."""
