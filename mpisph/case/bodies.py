@@ -11,7 +11,7 @@ from pydantic import Field
 
 from mpisph.case.shapes.cylinder import Cylinder
 from mpisph.case.shapes.plate import Plate
-from mpisph.case.shapes.shape import Shape
+from mpisph.case.shapes.shape import Shape, load_shapes
 from mpisph.case.shapes.sphere import Sphere
 from mpisph.case.shapes.spherical_shell import SphericalShell
 
@@ -25,7 +25,14 @@ __all__ = [
     "particle_count",
 ]
 
-SHAPES: tuple[type[Shape], ...] = (Sphere, SphericalShell, Plate, Cylinder)
+SHAPES = load_shapes(
+    [
+        "sphere",
+        "spherical_shell",
+        "plate",
+        "cylinder",
+    ]
+)
 """All that a body can be. Schema, rules, messages and reports follow from this."""
 
 if TYPE_CHECKING:

@@ -25,6 +25,8 @@ from mpisph.case.shapes.rectangle import Rectangle
 from mpisph.core.errors import CaseError
 from mpisph.solver.estimate import estimate
 
+pytestmark = pytest.mark.slow
+
 TEXTS = [path.read_text(encoding="utf-8") for path in sorted(CASES.glob("*.toml"))]
 
 FEW = 20_000

@@ -42,6 +42,7 @@ def test_processes_that_do_not_are_told_why():
     assert "Open MPI v4" in text
 
 
+@pytest.mark.slow
 def test_mpisph_explains_it_once_and_writes_nothing(tmp_path):
     """Two processes as MPICH's mpirun would start them, each alone in its world."""
     outputs = []

@@ -34,6 +34,7 @@ def test_particles_are_counted():
     assert estimate(case, 1).particles == pytest.approx(discretise(case).id.size, abs=2)
 
 
+@pytest.mark.slow
 def test_steps_are_foreseen_within_a_quarter(tmp_path):
     for overrides in (("resolution.npr=5",), ("time.step=fixed", "time.dt=5 ns")):
         settings = ("time.end=5us", "output.figures=false", *overrides)
@@ -42,6 +43,7 @@ def test_steps_are_foreseen_within_a_quarter(tmp_path):
         assert estimate(case, 1).steps == pytest.approx(steps, rel=0.25)
 
 
+@pytest.mark.slow
 def test_memory_is_foreseen_within_a_quarter():
     done = subprocess.run(
         [sys.executable, "-c", PEAK, SHOT],

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from plates import front, plate_impact, states_at
 
+pytestmark = pytest.mark.slow
+
 # Symmetric impact of 6061-T6 aluminium, c0 = 5240 m/s, s = 1.40, rho0 = 2703 kg/m3.
 C0, SLOPE, RHO0 = 5240.0, 1.40, 2703.0
 SHEAR, YIELD = 27.6e9, 0.29e9

@@ -6,6 +6,8 @@ import sys
 import pytest
 from launch import CASES, MPISPH, environment, launch
 
+pytestmark = pytest.mark.slow
+
 DIGEST = """
 import hashlib
 from mpi4py import MPI

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from importlib import import_module
 from typing import ClassVar, get_args
 
 from mpisph.case.shapes.section import Section
 from mpisph.inputs.quantities import FrozenModel, Identifier, Position, Velocity
 from mpisph.materials.model import EquationOfState
 
-__all__ = ["Shape", "inner_mistakes", "millimetres"]
+__all__ = ["Shape", "inner_mistakes", "load_shapes", "millimetres"]
 
 
 class Shape(FrozenModel, ABC):
@@ -77,3 +78,19 @@ def inner_mistakes(inner: float, **outer: float) -> Iterator[tuple[str, str]]:
 def millimetres(length: float) -> str:
     """Return a length [m] for people."""
     return f"{1e3 * length:.4g} mm"
+
+
+def load_shapes(modules: Sequence[str]) -> tuple[type[Shape], ...]:
+    """Return the shapes of some files of this folder.
+
+    Parameters
+    ----------
+    modules : sequence of str
+        Each holds the class of its name: ``spherical_shell`` is `SphericalShell`.
+    """
+    package = __name__.rpartition(".")[0]
+    names = {module: module.title().replace("_", "") for module in modules}
+    return tuple(
+        getattr(import_module(f"{package}.{module}"), name)
+        for module, name in names.items()
+    )
