@@ -5,7 +5,6 @@
 source "${home:?}/scripts/mpi.sh"
 home=$(cd "$home" && pwd)
 
-say() { printf 'batch: %s\n' "$*" >&2; }
 bad_input() {
     say "$*"
     exit 2
@@ -31,7 +30,7 @@ choose_case() {
             ;;
         --output=*) output=${1#*=} ;;
         -o*) output=${1#-o} ;;
-        --force) bad_input "--force: a job may start anew unasked; remove the folder" ;;
+        --force) bad_input "--force: each start of a job would start over; remove the folder" ;;
         *) options+=("$1") ;;
         esac
     done
@@ -74,17 +73,13 @@ find_mpisph() {
         bad_input "no mpisph in $home/.venv/bin nor on PATH: see scripts/setup"
 }
 
-# run_case RESTARTED SECONDS LAUNCHER...: runs the chosen case, or goes on with it, for
+# run_case RESTARTED SECONDS LAUNCHER...: runs the chosen case, or continues its run, for
 # at most SECONDS where that is not empty. Returns if the job is to be started again,
 # and otherwise ends this script with the code of mpisph.
 run_case() {
-    local restarted=$1 left=$2 walltime=() command before after code=0
+    local restarted=$1 command before code=0
+    limit_walltime "$2"
     shift 2
-    if [[ $left ]]; then
-        # What comes after the run takes time too; and 0 would be no limit.
-        left=$((left - ${MPISPH_MARGIN:-60}))
-        walltime=(--walltime "$((left > 0 ? left : 1))s")
-    fi
     # At first 'run', also into a folder with a run in it: it makes sure that it is one
     # of this case. Later 'resume', which asks for no case file any more.
     command=(run "${walltime[@]}" "${options[@]}" -o "$folder" "$case")
@@ -95,30 +90,10 @@ run_case() {
     before=$(status step)
     say "$(date '+%F %T'), $(uname -n): mpisph ${command[*]}"
     launch "$@" "${patient[@]}" "$mpisph" "${command[@]}" || code=$?
-    after=$(status step)
-
     # Where the scheduler tells all processes to end, Open MPI's launcher among them, that
     # returns 1 whatever its ranks did.
-    if [[ $signals == *TERM* && $(status state) == stopped ]]; then
+    if told_to_end && [[ $(status state) == stopped ]]; then
         code=75
     fi
-    case $code in
-    0) say "$folder: done" ;;
-    2) say "$folder: bad input" ;;
-    3) say "$folder: the run is unstable" ;;
-    75)
-        if [[ -e $folder/stop ]]; then
-            say "$folder: stopped, and not started again because of the file 'stop' in it"
-        elif [[ $signals == *TERM* ]]; then
-            # The user or the machine wants it gone: it must not come back by itself.
-            say "$folder: told to end; submitted again, the run goes on"
-        elif [[ ${after:-0} == "${before:-0}" ]]; then
-            say "$folder: not started again, for this start has not made a single step"
-        else
-            return 0
-        fi
-        ;;
-    *) say "$folder: failed with exit code $code: see above" ;;
-    esac
-    exit "$code"
+    check_again "$code" "$folder" "$folder" "${before:-0}" "$(status step)"
 }

@@ -33,7 +33,7 @@ Runs CASE in runs/<name of the case> below the folder of submission; an element 
 array (-J) runs the CASE of its number, from 0 on. Shortly before its time is up, the run
 writes a checkpoint and the job submits itself again, until the run is done, unstable or
 wrong, a file 'stop' lies in its folder, or a start makes no step. After a node has
-failed, the run goes on from its last checkpoint. An element of an array is submitted
+failed, the run continues from its last checkpoint. An element of an array is submitted
 again as a job of its own.
 
 Variables, to be named after -v; CASE and ARGS are split at spaces:
@@ -50,7 +50,7 @@ Variables, to be named after -v; CASE and ARGS are split at spaces:
   MPISPH_HOME      the checkout, where it is not the folder of submission
   MPISPH_SCRIPT    the script to submit again; default the copy of it that PBS runs
 
-Exit code: that of mpisph; 2 also for a wrong call, 75 where the run is to be gone on with.
+Exit code: that of mpisph; 2 also for a wrong call, 75 where the run is to be continued.
 USAGE
 }
 
@@ -77,7 +77,7 @@ if [[ ! -f $home/scripts/batch.sh ]]; then
 fi
 # shellcheck source=scripts/batch.sh
 source "$home/scripts/batch.sh"
-heed_signals
+catch_signals
 
 # job_attribute NAME: what PBS says of this job; it folds long lines.
 job_attribute() {
@@ -100,7 +100,7 @@ read -ra cases <<<"${CASE:-}"
 read -ra arguments <<<"${ARGS:-}"
 choose_case "$index" "${cases[@]}" -- "${arguments[@]}"
 
-# PBS gives no warning, so the run itself must heed its time.
+# PBS gives no warning, so the run itself must watch its time.
 left=
 limit=${MPISPH_WALLTIME:-$(job_attribute Resource_List.walltime)}
 if [[ $limit ]]; then
@@ -131,5 +131,5 @@ names=$(IFS=, && echo "CASE,ARGS,${!MPISPH_*}")
 
 say "$folder: not done yet; submitting again"
 qsub "${again[@]}" "${more[@]}" -v "$names" "$script" ||
-    say "that failed; submitted again by hand, the run goes on"
+    say "that failed; submit it again to continue the run"
 exit 75

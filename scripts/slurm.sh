@@ -34,7 +34,7 @@ Runs CASE in runs/<name of the case> below the folder of submission; an element 
 array runs the CASE of its number, from 0 on. Shortly before its time is up, the run
 writes a checkpoint and the job requeues itself, until the run is done, unstable or wrong,
 a file 'stop' lies in its folder, or a start makes no step. After a node has failed, the
-run goes on from its last checkpoint.
+run continues from its last checkpoint.
 
   -o FOLDER        (an option of 'mpisph run') where the run goes; of several, their folders
   MPISPH_RUNS      instead of 'runs'
@@ -43,7 +43,7 @@ run goes on from its last checkpoint.
   MPISPH_MARGIN    seconds of the job's time that are not the run's (default 60)
   MPISPH_HOME      the checkout, where this script does not find it
 
-Exit code: that of mpisph; 2 also for a wrong call, 75 where the run is to be gone on with.
+Exit code: that of mpisph; 2 also for a wrong call, 75 where the run is to be continued.
 USAGE
 }
 
@@ -71,7 +71,7 @@ if [[ ! -f $home/scripts/batch.sh ]]; then
 fi
 # shellcheck source=scripts/batch.sh
 source "$home/scripts/batch.sh"
-heed_signals
+catch_signals
 
 job=$SLURM_JOB_ID
 if [[ ${SLURM_ARRAY_TASK_ID:-} ]]; then
@@ -95,5 +95,5 @@ run_case "$restarted" "$left" "${starter[@]}"
 say "$folder: not done yet; requeueing job $job"
 # Ends this job at once and puts it into the queue again.
 scontrol requeue "$job" ||
-    say "that failed; submitted again, the run goes on"
+    say "that failed; submit it again to continue the run"
 exit 75

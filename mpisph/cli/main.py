@@ -1,8 +1,8 @@
 """The program: all commands, and what happens to their errors.
 
-Every rank runs the same commands; rank 0 alone speaks. Exit codes: 0 done, 2 bad
-input, 3 unstable run, 75 stopped and to be resumed, 1 anything else. An error that one
-rank meets alone, and the death of a rank, end all.
+Every rank runs the same commands; rank 0 alone prints. Exit codes: 0 done, 2 bad input,
+3 unstable run, 75 stopped and to be continued, 1 anything else. An error that one rank
+meets alone, and the death of a rank, end all.
 """
 
 import os
@@ -61,7 +61,7 @@ def _run(signals: SignalHandler, first: bool) -> int:
     """Run the command line and return its exit code, the same on all ranks."""
     try:
         code = cli.main(prog_name="mpisph", standalone_mode=False, obj=signals)
-    except click.exceptions.Abort:  # Ctrl-C where no run heeds it
+    except click.exceptions.Abort:  # Ctrl-C where no run catches it
         click.echo("mpisph: interrupted", err=True)
         MPI.COMM_WORLD.Abort(130)
     except click.ClickException as error:

@@ -117,8 +117,8 @@ def clock_command(
 ) -> None:
     """Fit the experiment's clock offset on completed runs of one shot.
 
-    The offset makes R_b and L_b at all measured exposures fit best. A run must have
-    gone on for some microseconds after the last exposure. Several RUNs, which may
+    The offset makes R_b and L_b at all measured exposures fit best. A run must
+    continue for some microseconds after the last exposure. Several RUNs, which may
     differ in resolution alone, give the numerical uncertainty.
     """
     out = output or (folders[0] if len(folders) == 1 else Path()) / "clock.png"

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 )
 @set_option
 @walltime_option
-@click.option("--force", is_flag=True, help="Start anew; remove the folder's old run.")
+@click.option("--force", is_flag=True, help="Start over; remove the folder's old run.")
 @click.option("--dry-run", is_flag=True, help="Check the case, print its size, stop.")
 @click.pass_obj
 def run_command(
@@ -57,7 +57,7 @@ def run_command(
 ) -> None:
     """Run case files (TOML), one after the other, and write a folder for each.
 
-    A run that was stopped or killed goes on from its last checkpoint. One that has
+    A run that was stopped or killed continues from its last checkpoint. One that has
     ended is not repeated.
     """
     comm = MPI.COMM_WORLD
@@ -85,10 +85,10 @@ def run_command(
 def resume_command(
     signals: SignalHandler, folders: tuple[Path, ...], walltime: float | None
 ) -> None:
-    """Go on with the runs in folders, on any number of ranks.
+    """Continue the runs in folders, on any number of ranks.
 
-    A run goes on from its last sound checkpoint, or from the beginning where there is
-    none. One that has ended is not repeated.
+    A run continues from its last sound checkpoint, or from the beginning where there
+    is none. One that has ended is not repeated.
     """
     from mpisph.run.session import resume
 
@@ -151,8 +151,8 @@ def _say_ending(folder: Path, result: "Result") -> None:
     if result.status == "stopped":
         after = f" once {folder / STOP_FILE} is gone" * (folder / STOP_FILE).exists()
         click.echo(
-            f"stopped ({result.reason}) at step {result.step}, "
-            f"t = {result.time * 1e6:.4f} us; `mpisph resume {folder}` goes on{after}",
+            f"stopped ({result.reason}) at step {result.step}, t = "
+            f"{result.time * 1e6:.4f} us; `mpisph resume {folder}` continues it{after}",
             err=True,
         )
         return

@@ -81,7 +81,7 @@ def study_run_command(
     """Run all cases of STUDY that have not ended yet, then write its tables and figure.
 
     The ranks of mpirun are divided into groups, each of which takes the next case.
-    Runs are kept by what they compute: a study goes on where it was stopped, and
+    Runs are kept by what they compute: a study continues where it was stopped, and
     studies share runs.
     """
     from mpisph.study.runner import Part, run_study
@@ -262,7 +262,7 @@ def study_script_command(
 @root_option
 @click.option("--markdown", is_flag=True, help="Print a table in Markdown.")
 def study_claims_command(claims_file: Path | None, root: Path, markdown: bool) -> None:
-    """Say which claims of the paper the studies' runs bear out.
+    """Say which claims of the paper the studies' runs support.
 
     CLAIMS is cases/studies/claims.toml by default. Claims whose studies have not been
     run are named as such.

@@ -66,7 +66,7 @@ class FolderLock:
     folder : Path
         It must exist.
     say : callable, optional
-        Takes a line for people, on rank 0, where entering takes long.
+        Takes a line to print, on rank 0, where entering takes long.
 
     Raises
     ------
@@ -123,7 +123,7 @@ class FolderLock:
             os.fsync(self._file)
             time.sleep(SETTLE)
             if self._path.read_bytes() != self._name:
-                raise InUseError(f"{self._folder}: another run has begun here")
+                raise InUseError(f"{self._folder}: another run has started here")
         self._share(self._file)
         self._heart = threading.Thread(
             target=self._beat, args=(self._file,), daemon=True
@@ -148,7 +148,7 @@ class FolderLock:
 
     def _last_sign(self) -> tuple[bytes, int]:
         """Return who is here and when it last touched the file [ns]."""
-        # Opened anew: only then a file system of the network looks at its server.
+        # Opened each time: only then does a network file system ask its server.
         return self._path.read_bytes(), self._path.stat().st_mtime_ns
 
     def _beat(self, file: int) -> None:
@@ -166,7 +166,7 @@ class FolderLock:
     def _share(self, file: int) -> None:
         """Hold the lock together with the other ranks."""
         if _locked(file, fcntl.LOCK_SH, GLANCE) is False:
-            raise InUseError(f"{self._folder}: another run has begun here")
+            raise InUseError(f"{self._folder}: another run has started here")
 
     def _release(self) -> None:
         if self._heart is not None:

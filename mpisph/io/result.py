@@ -127,7 +127,7 @@ class Result(_Model):
     reason: str | None = None
     """Why it did not complete, such as ``energy_drift``."""
     detail: str | None = None
-    """The figures behind the reason, for people."""
+    """The figures behind the reason, in words."""
     step: int
     """Steps made when the run ended."""
     time: float

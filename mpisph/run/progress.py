@@ -94,7 +94,7 @@ class Progress:
         self._bar = None
 
     def update(self, time: float, step: int, dt: float) -> None:
-        """Take note of a step; cheap enough for every one.
+        """Show a step, if it is time to; cheap enough for every one.
 
         Parameters
         ----------

@@ -82,7 +82,7 @@ def load_last_state(
     folder : Path
         Folder of the run. Damaged checkpoints in it are renamed.
     say : callable
-        Takes lines for people: which checkpoint it is, and which are damaged.
+        Takes lines to print: which checkpoint it is, and which are damaged.
 
     Returns
     -------

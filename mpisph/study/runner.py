@@ -71,7 +71,7 @@ class Outcome(NamedTuple):
     ----------
     completed, unstable, failed, elsewhere, left : int
         Numbers of distinct runs, earlier ones included; another process is at work on
-        those elsewhere, and what is left is stopped or not begun.
+        those elsewhere, and what is left is stopped or not started.
     stopped : bool
         Whether the study was told to stop.
     """
@@ -242,7 +242,7 @@ def _run_one(todo: _Todo, group: MPI.Intracomm, signals: SignalHandler) -> int:
         return LEFT
     try:
         result = run(todo.case, group, todo.folder, _QUIET, signals=signals)
-    except InUseError:  # begun since: the folder is another's to write into
+    except InUseError:  # started since: the folder is another run's
         return LEFT
     except (MpisphError, CollectiveError) as error:
         _record_failure(f"{error}", todo, group)
@@ -261,7 +261,7 @@ def _record_failure(text: str, todo: _Todo, group: MPI.Intracomm) -> None:
     if group.rank == 0:
         with suppress(OSError, InUseError):
             todo.folder.mkdir(parents=True, exist_ok=True)
-            # Locked again: the run's own lock has ended, and another may have begun.
+            # Locked again: the run's own lock has ended, and another may have started.
             with FolderLock(MPI.COMM_SELF, todo.folder):
                 end_time = todo.case.end_time
                 StatusFile(MPI.COMM_SELF, todo.folder, end_time, 1).fail(text)

@@ -1,5 +1,6 @@
 """Batch scripts that run a study in a job array of Slurm or PBS."""
 
+import re
 import shlex
 import sys
 from pathlib import Path
@@ -54,11 +55,15 @@ def batch_script(job: Job, system: str) -> str:
         undefined=jinja2.StrictUndefined,
         keep_trailing_newline=True,
     )
-    program = Path(sys.argv[0]).resolve()
-    texts = {
-        "folder": shlex.quote(str(Path.cwd())),
-        "mpisph": shlex.quote(str(program)),
-        "study": shlex.quote(str(job.study)),
-        "root": shlex.quote(str(job.root)),
+    paths = {
+        "name": job.name,
+        "study": job.study,
+        "root": job.root,
+        "folder": Path.cwd(),
+        "job_sh": Path(__file__).with_name("job.sh"),
     }
+    texts = {key: shlex.quote(str(path)) for key, path in paths.items()}
+    # -P: what lies in the current folder is not to be imported.
+    texts["mpisph"] = f"{shlex.quote(sys.executable)} -P -m mpisph"
+    texts["job_name"] = re.sub(r"[^A-Za-z0-9._-]", "-", f"mpisph-{job.name}")
     return environment.get_template(f"{system}.sh").render(**job._asdict() | texts)

@@ -145,7 +145,7 @@ def test_stopped_and_resumed(stop, tmp_path, uninterrupted):
         os.kill(ranks_of(launcher)[1], getattr(signal, stop))
     _, err = launcher.communicate(timeout=30)
     assert launcher.returncode == 75, err
-    assert f"`mpisph resume {folder}` goes on" in err
+    assert f"`mpisph resume {folder}` continues it" in err
     assert err.count("file stop") == err.count("is gone") == (stop == "file")
     now = status(folder)
     assert now["state"] == "stopped"

@@ -25,12 +25,6 @@ class Clock:
         return self.now
 
 
-@pytest.fixture
-def no_launcher(monkeypatch):
-    for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "SLURM_PROCID"):
-        monkeypatch.delenv(name, raising=False)
-
-
 def console(**options):
     return Console(file=io.StringIO(), width=200, **options)
 
@@ -64,7 +58,7 @@ def test_no_step_says_nothing():
     assert out.file.getvalue() == ""
 
 
-def test_a_terminal_gets_a_bar_and_the_log_gets_lines(tmp_path, no_launcher):
+def test_a_terminal_gets_a_bar_and_the_log_gets_lines(tmp_path):
     clock, out = Clock(), console(force_terminal=True)
     with (
         RunLog(tmp_path, SELF) as log,
@@ -90,28 +84,37 @@ if MPI.COMM_WORLD.rank == 0:
 """
 
 
-@pytest.mark.parametrize("person", [True, False], ids=["terminal", "file"])
 @pytest.mark.parametrize(
-    "launcher", [(), ("mpirun", "-n", "2")], ids=["plain", "mpirun"]
+    ("launcher", "terminal", "told", "bar"),
+    [
+        ((), True, {}, True),
+        ((), False, {}, False),
+        # Its ranks have a terminal as standard output either way.
+        (("mpirun", "-n", "2"), True, {}, False),
+        (("mpirun", "-n", "2"), False, {}, False),
+        (("mpirun", "-n", "2"), True, {"TTY_COMPATIBLE": "1"}, True),
+    ],
 )
-def test_a_person_gets_a_bar_and_a_file_gets_lines(person, launcher, tmp_path):
-    terminal, stream = pty.openpty()
+def test_a_terminal_gets_a_bar_and_a_file_gets_lines(
+    launcher, terminal, told, bar, tmp_path
+):
+    ours, theirs = pty.openpty()
     with (tmp_path / "out").open("wb+") as file:
-        out = stream if person else file
+        out = theirs if terminal else file
         subprocess.run(
             [*launcher, sys.executable, "-c", SHOW],
-            env=environment(TERM="xterm"),
+            env=environment(TERM="xterm", **told),
             stdout=out,
             stderr=out,
             stdin=subprocess.DEVNULL,
             check=True,
             timeout=60,
         )
-        os.close(stream)
+        os.close(theirs)
         file.seek(0)
-        shown = _drain(terminal) if person else file.read().decode()
-    assert ("\x1b[" in shown) == person
-    assert ("━" in shown) == person
+        shown = _drain(ours) if terminal else file.read().decode()
+    assert ("\x1b[" in shown) == bar
+    assert ("━" in shown) == bar
     assert shown.count("said") == 1
     assert "step 7" in shown
 

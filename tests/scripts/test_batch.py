@@ -120,7 +120,7 @@ def test_a_cancelled_job_stops_and_does_not_come_back(tmp_path, uninterrupted):
     assert job.timed_out
     assert job.restarts == 0
     assert job.code == 75, job.text()
-    assert "told to end; submitted again, the run goes on" in job.text()
+    assert "told to end; submit it again to continue" in job.text()
     assert status(slurm.work / "runs/one")["state"] == "stopped"
 
 
@@ -208,11 +208,18 @@ sys.exit(0 if number == 4 else 75)
 """
 
 
+def copy_scripts(folder):
+    """Copy the scripts, and what they take from the package."""
+    shutil.copytree(TOP / "scripts", folder / "scripts")
+    (folder / "mpisph/study").mkdir(parents=True)
+    shutil.copy(TOP / "mpisph/study/job.sh", folder / "mpisph/study")
+
+
 @pytest.fixture
 def home(tmp_path):
     """A checkout whose mpisph is done at the fourth start."""
     folder = tmp_path / "home"
-    shutil.copytree(TOP / "scripts", folder / "scripts")
+    copy_scripts(folder)
     (folder / ".venv/bin").mkdir(parents=True)
     mpisph = folder / ".venv/bin/mpisph"
     mpisph.write_text(STAND_IN)
@@ -304,7 +311,11 @@ def test_a_start_without_a_step_is_the_last(tmp_path, home):
         ("2-2", "a.toml b.toml", "element 2 of the job array has no case"),
         ("0-0", "a.toml b/a.toml", "two of the cases would be run in one folder, a"),
         (None, "a.toml -- -o", "-o needs a folder"),
-        (None, "a.toml -- --force", "--force: a job may start anew unasked"),
+        (
+            None,
+            "a.toml -- --force",
+            "--force: each start of a job would start over",
+        ),
     ],
 )
 def test_wrong_calls_exit_with_code_2(array, arguments, text, tmp_path, home):
@@ -348,7 +359,7 @@ def test_without_a_checkout_or_a_scheduler_the_scripts_say_so(tmp_path, home):
 def checkout(tmp_path):
     """A checkout with an environment, in which setup has nothing to do."""
     folder = tmp_path / "checkout"
-    shutil.copytree(TOP / "scripts", folder / "scripts")
+    copy_scripts(folder)
     (folder / "scripts/setup").write_text("#!/bin/sh\n")
     (folder / ".venv").mkdir()
     (folder / ".venv/bin").symlink_to(Path(sys.executable).parent)

@@ -52,11 +52,11 @@ def table(study, root):
     return [{k: v for k, v in row.items() if k != "wall_s"} for row in rows]
 
 
-def written(study, work, system, *more):
+def written(arguments, work, system):
     """The script that the command writes in a folder."""
-    command = [MPISPH, "study", "script", study.path, f"--{system}", "--jobs", "2"]
+    command = [MPISPH, "study", "script", f"--{system}", "--jobs", "2", "--ranks", "2"]
     done = subprocess.run(
-        [*map(str, command), "--ranks", "2", *more],
+        [*command, *map(str, arguments)],
         cwd=work,
         capture_output=True,
         text=True,
@@ -68,16 +68,36 @@ def written(study, work, system, *more):
     return path
 
 
+ODD = "-it's $(touch owned); touch owned\ntouch owned #"
+"""What would run commands where a name is not quoted."""
+
+
 @pytest.mark.parametrize("system", ["slurm", "pbs"])
-def test_the_script_is_sound_even_in_odd_places(study, tmp_path, system):
-    work = tmp_path / "it's odd"
-    work.mkdir()
-    path = written(study, work, system, "-o", "the runs", "--ranks-per-case", "2")
-    subprocess.run(["shellcheck", path], check=True)
-    text = path.read_text()
-    assert "--ranks-per-case 2 --part" in text
-    assert "-o 'the runs'" in text
-    assert re.search(r"--array=0-1$|qsub -J 0-1 ", text, re.M)
+def test_the_script_runs_no_part_of_a_name(study, tmp_path, system):
+    """The stop file in the study's folder is seen, and nothing else happens."""
+    scheduler = {"slurm": Slurm, "pbs": Pbs}[system](tmp_path / ODD)
+    odd = scheduler.work / f"{ODD}.toml"
+    odd.write_text(study.path.read_text())
+    root = scheduler.work / f"runs {ODD}"
+    folder = root / "studies" / ODD
+    folder.mkdir(parents=True)
+    (folder / "stop").touch()
+    names = ("-o", root.name, "--ranks-per-case", "2", "--", odd.name)
+    script = written(names, scheduler.work, system)
+    sound = ["shellcheck", "--external-sources", "--exclude=SC2016", script]
+    subprocess.run(sound, check=True)
+    assert re.search(r"--array=0-1$|qsub -J 0-1 ", script.read_text(), re.M)
+    if system == "slurm":
+        jobs = scheduler.submit(script)
+        scheduler.run(*jobs)
+    else:
+        scheduler.submit("-J", "0-1", script)
+        jobs = scheduler.run()
+    for job in jobs:
+        assert job.code == 75, job.text()
+        assert "not started again because of the file 'stop'" in job.text()
+    assert (folder / "study.toml").exists()
+    assert not list(tmp_path.rglob("owned"))
 
 
 def short_starts(folder, runs):
@@ -88,7 +108,7 @@ def short_starts(folder, runs):
 
 def test_slurms_warning_stops_a_start_in_time(study, reference, tmp_path):
     slurm = Slurm(tmp_path / "slurm", PYTHONPATH=str(slow_steps(tmp_path)))
-    script = written(study, slurm.work, "slurm")
+    script = written([study.path], slurm.work, "slurm")
     # Time is counted in runs that have ended: the warning comes after the third.
     slurm.clock = lambda: ended(slurm.work / "runs")
     jobs = slurm.submit(script, limit="183", signal="B:USR1@180")
@@ -109,40 +129,40 @@ def ended(root):
 
 def test_a_cancelled_job_does_not_come_back(study, tmp_path):
     slurm = Slurm(tmp_path / "slurm", PYTHONPATH=str(slow_steps(tmp_path)))
-    script = written(study, slurm.work, "slurm")
+    script = written([study.path], slurm.work, "slurm")
     slurm.clock = lambda: ended(slurm.work / "runs")
     job, _ = slurm.submit(script, limit="1", signal="none@0")
     slurm.run(job)
     assert job.timed_out
     assert job.restarts == 0
-    assert "told to end; submitted again, the study goes on" in job.text()
+    assert "study: told to end; submit it again to continue" in job.text()
     assert 1 <= ended(slurm.work / "runs") < 6
 
 
 def test_the_stop_file_ends_the_chain(study, tmp_path):
     slurm = Slurm(tmp_path / "slurm")
-    script = written(study, slurm.work, "slurm")
+    script = written([study.path], slurm.work, "slurm")
     folder = slurm.work / "runs/studies/small"
     folder.mkdir(parents=True)
     (folder / "stop").touch()
     job, _ = slurm.submit(script)
     slurm.run(job)
     assert (job.code, job.restarts) == (75, 0)
-    assert "stopped by the file 'stop'" in job.text()
+    assert "not started again because of the file 'stop'" in job.text()
 
 
 def test_a_start_that_makes_no_step_is_not_repeated(study, tmp_path):
     slurm = Slurm(tmp_path / "slurm", PYTHONPATH=short_starts(tmp_path, 0))
-    script = written(study, slurm.work, "slurm")
+    script = written([study.path], slurm.work, "slurm")
     job, _ = slurm.submit(script)
     slurm.run(job)
     assert (job.code, job.restarts) == (75, 0)
-    assert "this start has made no step" in job.text()
+    assert "this start has not made a single step" in job.text()
 
 
 def test_a_pbs_array_runs_the_study_in_several_starts(study, reference, tmp_path):
     pbs = Pbs(tmp_path / "pbs", PYTHONPATH=short_starts(tmp_path, 2))
-    script = written(study, pbs.work, "pbs")
+    script = written([study.path], pbs.work, "pbs")
     pbs.submit("-J", "0-1", script)
     jobs = pbs.run()
     assert len(jobs) >= 3

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Runs the study {{ name }} in a job array of PBS: qsub -J 0-{{ jobs - 1 }} THIS_FILE
+# Runs a study in a job array of PBS: qsub -J 0-{{ jobs - 1 }} THIS_FILE
 # Every element begins with its share of the cases, then helps the others; before its time
 # is up it stops and submits itself again as a job of its own. Adapt what follows to the
 # cluster.
 #
-#PBS -N mpisph-{{ name }}
+#PBS -N {{ job_name }}
 #PBS -l select=1:ncpus={{ ranks }}:mpiprocs={{ ranks }}
 #PBS -l walltime={{ "%02d:%02d:00" % (minutes // 60, minutes % 60) }}
 ##PBS -A ACCOUNT
@@ -19,9 +19,11 @@ set -uo pipefail
 # module load openmpi
 
 cd {{ folder }} || exit 2
+source {{ job_sh }} || exit 2
+catch_signals
 element=${PBS_ARRAY_INDEX:-${MPISPH_ELEMENT:-0}}
 part=$element/{{ jobs }}
-seconds={{ 60 * minutes }}
+left={{ 60 * minutes }}
 if [[ ${MPISPH_LAUNCH:-} ]]; then
     read -ra starter <<<"$MPISPH_LAUNCH"
 else
@@ -31,5 +33,5 @@ fi
 again=${MPISPH_SCRIPT:-${BASH_SOURCE[0]}}
 names=MPISPH_ELEMENT=$element,MPISPH_SCRIPT=$again${MPISPH_LAUNCH:+,MPISPH_LAUNCH}
 qsub -v "$names" "$again" ||
-    say "that failed; submitted again by hand, the study goes on"
+    say "that failed; submit it again to continue the study"
 exit 75

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Runs the study {{ name }} in a job array of Slurm: sbatch THIS_FILE
+# Runs a study in a job array of Slurm: sbatch THIS_FILE
 # Every element begins with its share of the cases, then helps the others; before its time
 # is up it stops and requeues itself. Adapt what follows to the cluster.
 #
-#SBATCH --job-name=mpisph-{{ name }}
+#SBATCH --job-name={{ job_name }}
 #SBATCH --array=0-{{ jobs - 1 }}
 #SBATCH --nodes=1
 #SBATCH --ntasks={{ ranks }}
@@ -20,14 +20,16 @@ set -uo pipefail
 # module load openmpi
 
 cd {{ folder }} || exit 2
+source {{ job_sh }} || exit 2
+catch_signals
 part=$SLURM_ARRAY_TASK_ID/{{ jobs }}
-seconds={{ 60 * minutes }}
+left={{ 60 * minutes }}
 if [[ ${SLURM_JOB_END_TIME:-} ]]; then
-    seconds=$((SLURM_JOB_END_TIME - $(date +%s)))
+    left=$((SLURM_JOB_END_TIME - $(date +%s)))
 fi
 read -ra starter <<<"${MPISPH_LAUNCH:-mpirun --quiet -n {{ ranks }}}"
 {% include "start.sh" %}
 # Ends this job at once and puts it into the queue again.
 scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID" ||
-    say "that failed; submitted again, the study goes on"
+    say "that failed; submit it again to continue the study"
 exit 75
