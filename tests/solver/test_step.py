@@ -232,7 +232,7 @@ def test_particles_come_into_cell_order_again():
 
 
 @pytest.mark.mpi(min_size=1)
-def test_the_pace_of_the_pair_loop_is_measured():
+def test_the_cost_of_a_pair_is_measured():
     comm = MPI.COMM_WORLD
     sim = start(load_case(SHOT, ("resolution.npr=6",)), comm)
     problems = [] if sim.pair_cost == PairCost() else ["the start was measured"]
