@@ -120,6 +120,8 @@ class StatusFile:
     def fail(self, reason: str) -> None:
         """Write that the run has failed, from any one rank, as far as that is possible.
 
+        A run that has ended stays ended, whatever happens to its ranks afterwards.
+
         Parameters
         ----------
         reason : str
@@ -127,6 +129,8 @@ class StatusFile:
         with suppress(OSError, MpisphError):  # the disk itself may be what failed
             # Rank 0 knows best how far the run has come.
             self._now = read_status(self._folder) or self._now
+            if self._now.state in FINAL:
+                return
             changes = {"state": "failed", "reason": reason}
             self._now = self._now.model_copy(update=changes)
             self._write()

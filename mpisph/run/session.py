@@ -170,6 +170,7 @@ class _Session:
                 f"{self.folder} holds a run that is {before.state}: nothing to do; "
                 "`mpisph run --force` starts over"
             )
+            on_root(self.comm, lambda: remove_parts(self.folder))
             if before.state == "completed":
                 on_root(self.comm, lambda: remove_checkpoints(self.folder))
             return from_root(self.comm, lambda: _read_result(self.folder))

@@ -53,6 +53,16 @@ def test_a_failure_keeps_step_and_time(tmp_path):
     assert (got.step, got.time) == (15, 1.8e-6)
 
 
+@pytest.mark.parametrize("state", ["completed", "unstable"])
+def test_a_run_that_has_ended_does_not_fail_afterwards(tmp_path, state):
+    """A rank may still die while checkpoints are removed or figures are drawn."""
+    status = StatusFile(SELF, tmp_path, 6e-6, starts=1)
+    status.write(state, 12, 6e-6)
+    before = (tmp_path / STATUS_FILE).read_text()
+    status.fail("rank 1 of 2 has died")
+    assert (tmp_path / STATUS_FILE).read_text() == before
+
+
 def test_only_what_must_be_written_raises(tmp_path):
     status = StatusFile(SELF, tmp_path / "gone", 6e-6, starts=1)
     status.refresh(1, 1e-9)
