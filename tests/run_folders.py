@@ -39,8 +39,8 @@ def assert_same(folder, reference):
     assert left == {path.name for path in reference.rglob("*")}
 
 
-def slow_steps(folder):
-    """Make each step take 25 ms more, where this folder is on PYTHONPATH.
+def slow_steps(folder, seconds=0.025):
+    """Make each step take some time more, where this folder is on PYTHONPATH.
 
     So that a run takes longer than its start, however fast the machine.
     """
@@ -50,7 +50,7 @@ def slow_steps(folder):
         "    from mpisph.run.checkpointing import CheckpointPolicy\n"
         "    ask = CheckpointPolicy.request\n"
         "    CheckpointPolicy.request = (\n"
-        "        lambda policy, sim: time.sleep(0.025) or ask(policy, sim))\n"
+        f"        lambda policy, sim: time.sleep({seconds}) or ask(policy, sim))\n"
     )
     return folder
 

@@ -22,7 +22,7 @@ SHOT = CASES / "piekutowski-4-1353.toml"
 # Much output for few steps, so that a kill at random often meets a file being written.
 SETTINGS = (
     "resolution.npr=5",
-    "time.end=3us",
+    "time.end=1.5us",
     "output.every=0.1us",
     "output.figures=false",
     "checkpoints.interval=0.03us",
@@ -108,13 +108,22 @@ def begin_and_wait(folder, ranks, *arguments, checkpoints=1, **more):
     return launcher
 
 
+def begun(folder):
+    """How many starts have come to work in a folder."""
+    path = folder / "status.json"
+    return status(folder)["starts"] if path.exists() else 0
+
+
 def test_killed_at_random_and_resumed_until_done(killed_run, tmp_path, uninterrupted):
     folder = tmp_path / "run"
     rng = random.Random(killed_run)
     launcher = begin(2, *RUN, folder)
     kills, writing = 0, 0
-    for _ in range(4):
-        time.sleep(0.7 + rng.uniform(0.0, 1.5))
+    for start in range(1, 5):
+        wait_until(
+            lambda n=start, now=launcher: begun(folder) >= n or now.poll() is not None
+        )
+        time.sleep(rng.uniform(0.0, 0.8))
         pids = ranks_of(launcher)
         if launcher.poll() is not None or not pids:
             break  # it was faster
@@ -164,7 +173,7 @@ def test_stopped_and_resumed(stop, tmp_path, uninterrupted):
 
 def test_stopped_by_the_wall_time_limit_and_resumed(tmp_path, uninterrupted):
     folder = tmp_path / "run"
-    slow = {"PYTHONPATH": str(slow_steps(tmp_path))}
+    slow = {"PYTHONPATH": str(slow_steps(tmp_path, seconds=0.05))}
     for limit in (4, 7, 12):
         limited = (*RUN, folder, "--walltime", f"{limit}s")
         begin = time.monotonic()
@@ -278,14 +287,17 @@ def test_force_starts_over(tmp_path):
 def test_the_second_run_in_a_folder_is_refused(tmp_path):
     folder = tmp_path / "run"
     first = begin_and_wait(folder, 2, *RUN, folder)
-    os.kill(ranks_of(first)[0], signal.SIGSTOP)  # it must not end meanwhile
+    ranks = ranks_of(first).values()
+    for pid in ranks:  # it must not end meanwhile
+        os.kill(pid, signal.SIGSTOP)
     try:
         for command in (("resume", folder), (*RUN, folder, "--force")):
             second = launch(1, MPISPH, *command)
             assert second.returncode == 1
             assert second.stderr.count("another run is at work here, process ") == 1
     finally:
-        os.kill(ranks_of(first)[0], signal.SIGCONT)
+        for pid in ranks:
+            os.kill(pid, signal.SIGCONT)
     first.communicate(timeout=60)
     assert first.returncode == 0
 
@@ -451,7 +463,7 @@ def test_a_full_disk_during_checkpoints_lets_the_run_continue(small_disk):
 
 def test_a_full_disk_at_the_stop_keeps_the_last_checkpoint(small_disk, uninterrupted):
     folder = small_disk / "run"
-    late = (*OPTIONS, "--set", "checkpoints.interval=1us", "-o", folder)
+    late = (*OPTIONS, "--set", "checkpoints.interval=0.5us", "-o", folder)
     launcher = begin_and_wait(folder, 2, "run", SHOT, *late)
     with between_files(launcher, folder):
         filler = fill(small_disk, 600_000)

@@ -28,8 +28,8 @@ SHOT = CASES / "piekutowski-4-1353.toml"
 SLURM = TOP / "scripts/slurm.sh"
 PBS = TOP / "scripts/pbs.sh"
 SETTINGS = {
-    "one": ("resolution.npr=5", "time.end=3us", "checkpoints.interval=0.03us"),
-    "two": ("resolution.npr=4", "time.end=2us", "checkpoints.interval=0.03us"),
+    "one": ("resolution.npr=5", "time.end=1.5us", "checkpoints.interval=0.03us"),
+    "two": ("resolution.npr=4", "time.end=1.2us", "checkpoints.interval=0.03us"),
 }
 
 
@@ -62,8 +62,8 @@ def submit(scheduler, *arguments, **options):
     return scheduler.submit(SLURM, *arguments, **{"ntasks": "2", **options})
 
 
-# The runs have 205 and 110 steps; the script asks to be warned 180 before the limit.
-WARNED = {"limit": "240"}
+# The runs have 115 and 74 steps; the script asks to be warned 180 before the limit.
+WARNED = {"limit": "265"}
 
 
 def test_slurm_stops_before_the_limit_and_requeues_until_done(tmp_path, uninterrupted):
@@ -164,7 +164,7 @@ def test_what_another_start_would_not_mend_ends_the_chain(
 def test_pbs_stops_by_the_wall_time_and_submits_itself_until_done(
     tmp_path, uninterrupted
 ):
-    pbs = Pbs(tmp_path / "pbs", PYTHONPATH=str(short_starts(tmp_path, 80)))
+    pbs = Pbs(tmp_path / "pbs", PYTHONPATH=str(short_starts(tmp_path, 50)))
     size = ("-l", "select=1:ncpus=2:mpiprocs=2")
     names = "CASE,MPISPH_HOME,MPISPH_MARGIN"
     variables = {
