@@ -7,12 +7,11 @@ from mpisph.sph.pair_records import RECORD_FIELDS, PairRecord
 from mpisph.sph.pairs import GROUP, LANES, MASS, make_buffer, pack_neighbours
 
 
-def test_groups_of_the_buffer_are_an_odd_number_of_cache_lines_apart():
-    for candidates in (0, 1, 8, 9, 512, 513, 1000):
-        groups, length, fields = make_buffer(candidates).shape
-        assert groups * fields == RECORD_FIELDS
-        assert candidates + LANES <= length <= candidates + LANES + 3
-        assert length * fields % 16 == 8
+@pytest.mark.parametrize("candidates", [0, 1, 8, 9, 512, 513, 1000])
+def test_the_buffer_has_room_for_all_candidates_and_what_fills_them_up(candidates):
+    groups, length, fields = make_buffer(candidates).shape
+    assert groups * fields == RECORD_FIELDS
+    assert length >= candidates + LANES
 
 
 @pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 16, 21])
