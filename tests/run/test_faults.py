@@ -22,7 +22,7 @@ SHOT = CASES / "piekutowski-4-1353.toml"
 # Much output for few steps, so that a kill at random often meets a file being written.
 SETTINGS = (
     "resolution.npr=5",
-    "time.end=1.5us",
+    "time.end=3us",
     "output.every=0.1us",
     "output.figures=false",
     "checkpoints.interval=0.03us",
@@ -70,8 +70,12 @@ def begin(ranks, *arguments, **more):
 
 def ranks_of(launcher):
     """The processes of the ranks below a launcher, by their rank."""
-    children = Path(f"/proc/{launcher.pid}/task/{launcher.pid}/children").read_text()
     found = {}
+    try:
+        tasks = Path(f"/proc/{launcher.pid}/task/{launcher.pid}")
+        children = (tasks / "children").read_text()
+    except OSError:  # it has ended
+        return found
     for pid in map(int, children.split()):
         try:
             variables = Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
