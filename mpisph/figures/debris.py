@@ -189,7 +189,7 @@ def _draw_film(
 
 def _subject(arrays: Arrays, definition: CloudDefinition) -> Arrays:
     """Return the cloud; before there is one, what moves."""
-    subject = in_cloud(arrays["z"], arrays["u_z"], definition)
+    subject = in_cloud(arrays["body"], arrays["z"], arrays["u_z"], definition)
     if not subject.any():
         subject = np.hypot(arrays["u_r"], arrays["u_z"]) > definition.min_velocity
     return {name: x[subject] for name, x in arrays.items()}
@@ -211,7 +211,7 @@ def draw_spray(snapshot: Snapshot, case: Case, out: Out) -> None:
     """
     definition = cloud_definition(case)
     limit = definition.min_velocity
-    spray = measure_spray(snapshot.arrays, limit, direction=definition.direction)
+    spray = measure_spray(snapshot.arrays, definition)
     lines = title_lines(case, snapshot.time, exposure_at(case, snapshot.time))
     lines.append(
         f"everything faster than {limit / 1e3:.2f} km/s: "

@@ -13,6 +13,7 @@ from mpi4py import MPI
 from rich.console import Console
 
 from mpisph.case import Case
+from mpisph.case.plausibility import find_warnings
 from mpisph.core.console import open_console
 from mpisph.core.errors import CollectiveError, MpisphError, UnstableError
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
@@ -38,7 +39,7 @@ from mpisph.run.output import RunOutput
 from mpisph.run.progress import Progress
 from mpisph.run.signals import SignalHandler
 from mpisph.run.state import RunState, load_last_state
-from mpisph.solver.estimate import check_memory
+from mpisph.solver.estimate import check_memory, estimate
 from mpisph.solver.start import start
 from mpisph.solver.state import Simulation
 from mpisph.solver.warmup import warm_up
@@ -206,6 +207,8 @@ class _Session:
         with ExitStack() as stack:
             log = stack.enter_context(RunLog(self.folder, self.comm))
             log.say(f"{case.title}\n{self.comm.size} ranks, code cache {CACHE_FOLDER}")
+            if not resuming:
+                self._say_beforehand(case, log)
             self._compile(log)
             loaded = None
             if resuming:
@@ -219,6 +222,16 @@ class _Session:
         if result.status != "stopped" and case.output.figures:
             self._draw()
         return result
+
+    def _say_beforehand(self, case: Case, log: RunLog) -> None:
+        """Say what is hardly meant in the case, and how long the run may take."""
+        for text in find_warnings(case):
+            self.say(f"warning: {text}")
+            log.say(f"warning: {text}")
+        size = estimate(case, self.comm.size)
+        self.say(
+            f"about {size.particles} particles, {size.steps} steps, {size.duration()}"
+        )
 
     def _compile(self, log: RunLog) -> None:
         begin = time.perf_counter()

@@ -58,6 +58,10 @@ class RunState(BaseModel):
     """Number of snapshots written."""
     clouds: tuple[CloudRecord, ...]
     """The cloud at the requested times reached so far."""
+    cloud_arrival: float | None
+    """When the cloud came to the next body [s]."""
+    lowest_energy: float
+    """Lowest specific internal energy so far [J/kg]."""
     history_bytes: int
     """Size of the history up to this step [bytes]."""
     wall: float

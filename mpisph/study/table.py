@@ -139,8 +139,10 @@ def _motion_columns(where: str, time: float, clouds: Sequence[CloudRecord]) -> R
     if not found:
         return {}
     return {
-        f"front_velocity_{where}_km_per_s": found[0].front_velocity * 1e-3,
-        f"cloud_mass_{where}_g": found[0].mass * 1e3,
+        f"front_velocity_{where}_km_per_s": _scaled(
+            _known(found[0].front_velocity), 1e-3
+        ),
+        f"cloud_mass_{where}_g": _scaled(_known(found[0].mass), 1e3),
     }
 
 
