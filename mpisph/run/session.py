@@ -16,6 +16,7 @@ from mpisph.case import Case
 from mpisph.core.console import open_console
 from mpisph.core.errors import CollectiveError, MpisphError, UnstableError
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
+from mpisph.core.words import counted
 from mpisph.io.checkpoint import find_checkpoints, remove_checkpoints
 from mpisph.io.files import write_text
 from mpisph.io.history import History, kept_history
@@ -205,7 +206,8 @@ class _Session:
         """Make the steps of a run from its beginning or from its last checkpoint."""
         with ExitStack() as stack:
             log = stack.enter_context(RunLog(self.folder, self.comm))
-            log.say(f"{case.title}\n{self.comm.size} ranks, code cache {CACHE_FOLDER}")
+            ranks = counted(self.comm.size, "rank")
+            log.say(f"{case.title}\n{ranks}, code cache {CACHE_FOLDER}")
             self._compile(log)
             loaded = None
             if resuming:
