@@ -51,7 +51,9 @@ def main() -> NoReturn:
     launch = launch_of(os.environ)
     text = mismatch(launch, MPI.COMM_WORLD.size, MPI.Get_library_version())
     if text is not None:
-        sys.exit(f"mpisph: {text}" if launch and launch.rank == 0 else 1)
+        if launch and launch.rank == 0:
+            click.echo(f"mpisph: {text}", err=True)
+        sys.exit(BAD_INPUT)
     if not first:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")
     sys.exit(_run(signals, first))
