@@ -248,7 +248,7 @@ def timing_table(run: StoredRun) -> Table:
     rows.append(("whole run", f"{t.wall:.2f}", "100 %"))
     slowest = ", of which the slowest counts" * (t.ranks > 1)
     caption = (
-        f"{counted(t.steps, 'step')} on {counted(t.ranks, 'rank')}{slowest}; "
+        f"{grouped(t.steps)} steps on {counted(t.ranks, 'rank')}{slowest}; "
         f"{t.step_ms:.3g} ms a step, {t.interaction_ns:.3g} ns a directed interaction."
     )
     return Table("Time", ("phase", "s", "share"), rows, caption, numbers=True)
