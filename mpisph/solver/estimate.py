@@ -77,7 +77,8 @@ def estimate(case: Case, ranks: int) -> Estimate:
     -------
     Estimate
     """
-    n = particle_count(case.bodies, case.spacing)
+    own = case.initial
+    n = particle_count(case.bodies, case.spacing) if own is None else own.count
     neighbours = math.pi * (case.scheme.kappa * case.resolution.nph) ** 2
     return Estimate(
         particles=n,
