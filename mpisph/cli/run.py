@@ -19,6 +19,7 @@ from mpisph.cli.options import (
 from mpisph.core.console import open_console
 from mpisph.core.errors import CaseError
 from mpisph.core.words import counted
+from mpisph.inputs.folder_name import folder_name
 from mpisph.parallel.collectives import from_root
 from mpisph.run.signals import STOP_FILE, SignalHandler
 from mpisph.solver.estimate import estimate
@@ -123,7 +124,7 @@ def _run_folders(case_files: Sequence[Path], output: Path | None) -> list[Path]:
     """Return a folder for each case; no two cases may share one."""
     if output is not None and len(case_files) == 1:
         return [output]
-    folders = [(output or Path("runs")) / path.stem for path in case_files]
+    folders = [(output or Path("runs")) / folder_name(path) for path in case_files]
     for k, folder in enumerate(folders):
         if folder in folders[:k]:
             raise click.UsageError(f"two of the cases would be run in {folder}")

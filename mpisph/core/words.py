@@ -2,7 +2,7 @@
 
 
 def grouped(n: int) -> str:
-    """Return an integer with its digits in groups of three."""
+    """Return an integer with its digits in groups of three, for pages and figures."""
     return f"{n:,}".replace(",", "\u2009")
 
 
@@ -15,4 +15,4 @@ def counted(n: int, noun: str) -> str:
     noun : str
         In the singular, with a regular plural.
     """
-    return f"{grouped(n)} {noun}{'s' * (n != 1)}"
+    return f"{n} {noun}{'s' * (n != 1)}"

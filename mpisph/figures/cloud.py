@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from mpisph.case import Case, case_from_dict
 from mpisph.case.sections import Exposure
-from mpisph.core.words import counted
+from mpisph.core.words import grouped
 from mpisph.diagnostics.cloud import (
     CloudDefinition,
     CloudErrors,
@@ -277,7 +277,7 @@ def _add_count(
     a = snapshot.arrays
     hidden = ~view.shows(a["z"] * 1e3, a["r"] * 1e3)
     n, left_out = len(hidden), np.count_nonzero(hidden)
-    text = f"{counted(n, 'particle')}, mirrored about the axis"
+    text = f"{grouped(n)} particles, mirrored about the axis"
     if left_out:
         of_cloud = np.count_nonzero(hidden & in_cloud(a["z"], a["u_z"], definition))
         text += f"; {left_out} outside this view, {of_cloud} of them of the cloud"

@@ -161,7 +161,8 @@ def _encode(paths: list[Path], case: Case, out: Path, program: str, fps: float) 
     writer = FFMpegWriter(fps=fps, codec="libx264", extra_args=options)  # type: ignore
     with mpl.rc_context({**STYLE, "animation.ffmpeg_path": program}):
         try:
-            with writer.saving(frame.figure, str(out), FILM.dpi):
+            # Absolute: ffmpeg takes "-name" for an option, and "name:" for a protocol.
+            with writer.saving(frame.figure, str(out.absolute()), FILM.dpi):
                 for path in paths:
                     frame.show(read_snapshot(path))
                     writer.grab_frame()

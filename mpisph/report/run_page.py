@@ -343,13 +343,13 @@ def _verdict(run: StoredRun) -> str:
     npr = "" if resolution.npr is None else f"NPR {resolution.npr}, "
     size = f"{npr}NPH {resolution.nph:g}"
     if run.particles is not None:
-        size = f"{counted(run.particles, 'particle')} ({size})"
+        size = f"{grouped(run.particles)} particles ({size})"
     if result is None:
         step, end = grouped(run.status.step), us(run.case.end_time)
         reached = f"step {step}, {us(run.status.time)} of {end}."
     else:
         wall = f"{result.timing.wall:.1f} s on {counted(result.timing.ranks, 'rank')}"
-        reached = f"{counted(result.step, 'step')} to {us(result.time)} in {wall}."
+        reached = f"{grouped(result.step)} steps to {us(result.time)} in {wall}."
     return " ".join([f"{size}, {reached}", *_nearness(run)])
 
 

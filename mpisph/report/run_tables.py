@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from datetime import datetime
 
 from mpisph.case import Case
 from mpisph.case.sections import Exposure, TimeStepping
@@ -114,8 +115,8 @@ def _number(value: float | str, unit: str) -> str:
     if unit in {"Pa", "J/kg"}:
         for factor, prefix in ((1e9, "G"), (1e6, "M")):
             if factor <= abs(value) < math.inf:
-                return f"{value / factor:g} {prefix}{unit}"
-    return f"{value:g} {unit}".rstrip()
+                return f"{value / factor:g}\u00a0{prefix}{unit}"
+    return f"{value:g}\u00a0{unit}" if unit else f"{value:g}"
 
 
 def setup_table(run: StoredRun) -> Table:
@@ -247,7 +248,7 @@ def timing_table(run: StoredRun) -> Table:
     rows.append(("whole run", f"{t.wall:.2f}", "100 %"))
     slowest = ", of which the slowest counts" * (t.ranks > 1)
     caption = (
-        f"{counted(t.steps, 'step')} on {counted(t.ranks, 'rank')}{slowest}; "
+        f"{grouped(t.steps)} steps on {counted(t.ranks, 'rank')}{slowest}; "
         f"{t.step_ms:.3g} ms a step, {t.interaction_ns:.3g} ns a directed interaction."
     )
     return Table("Time", ("phase", "s", "share"), rows, caption, numbers=True)
@@ -260,7 +261,8 @@ def program_text(run: StoredRun) -> str:
     if made.get("revision"):
         version += f", revision {made['revision'][:12]}"
     starts = f" in {status.starts} starts" * (status.starts > 1)
-    return f"{version}, on {counted(status.ranks, 'rank')}{starts}, {status.updated}"
+    ended = f"{datetime.fromisoformat(status.updated):%d %B %Y, %H:%M %Z}"
+    return f"{version}, on {counted(status.ranks, 'rank')}{starts}, {ended}"
 
 
 def provenance_table(run: StoredRun) -> Table:

@@ -16,6 +16,7 @@ from mpisph.case.identity import case_key
 from mpisph.case.times import same_time
 from mpisph.core.errors import CaseError, Problem
 from mpisph.inputs.findings import Finding, Origins, as_problems, integer_problems
+from mpisph.inputs.folder_name import folder_name
 from mpisph.inputs.quantities import (
     Description,
     FrozenModel,
@@ -331,8 +332,8 @@ class Study(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name of the study: that of its file without the ending."""
-        return self.path.stem
+        """Name of the study, and of its folder."""
+        return folder_name(self.path)
 
     def times(self, chosen: Sequence[float] = ()) -> list[float]:
         """Return the nominal times of the exposures of all cases [s], in order.
@@ -384,9 +385,10 @@ def load_study(path: Path) -> Study:
     Raises
     ------
     CaseError
-        With every mistake of the file; or, if the file is sound, with those of the
-        cases that it makes, each once.
+        If no folder may have the study's name; with every mistake of the file; or, if
+        the file is sound, with those of the cases that it makes, each once.
     """
+    folder_name(path)
     file, designs = _read_file(path)
     cases: list[StudyCase] = []
     problems: dict[str, Problem] = {}
