@@ -117,7 +117,7 @@ name = "b"
         ("time.end [us\n1\n", "designs.csv:1: "),
         ("time.end,time.end\n1,2\n", "this key has two columns"),
         ("#x\n\nbodies.plate.thickness\n1 mm\n1 km/s\n", "designs.csv:5: "),
-        ("bodies.plate.thicknes\n1 mm\n", "did you mean thickness"),
+        ("bodies.plate.thickxess\n1 mm\n", "did you mean thickness"),
         ("bodies.wall.velocity\n1\n", "designs.csv:2: "),
     ],
 )
