@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 from mpisph.case.contact import first_contact, meeting_time
 from mpisph.case.model import Case
@@ -57,6 +58,8 @@ def find_warnings(case: Case) -> list[str]:
 def _warn_of_meeting(case: Case) -> Iterator[str]:
     """Warn of bodies that never meet, or not before the end of the run."""
     bodies, end = case.bodies, case.end_time
+    if case.initial is not None:  # shapes say nothing of particles of one's own
+        return
     if len(bodies) == 1:
         yield f"bodies: there is only {bodies[0].name}, which nothing hits"
         return
@@ -104,7 +107,7 @@ def _warn_of_velocity(case: Case) -> Iterator[str]:
 
 def _warn_of_thin_walls(case: Case) -> Iterator[str]:
     """Warn of walls of one or two particles."""
-    for body in case.bodies:
+    for body in case.bodies if case.initial is None else ():
         axis, thickness, _ = min(body.section.walls, key=lambda wall: wall.thickness)
         rows = max(1, round(thickness / case.spacing))
         if rows >= _FEWEST_ROWS:
@@ -141,8 +144,8 @@ def _strong_without_tension(models: MaterialModels) -> bool:
     strength, failure = (models.names[kind] for kind in ("strength", "failure"))
     if strength != "elastic-plastic" or failure != "minimum-pressure":
         return False
-    limit = models.constants[failure]
-    yields = models.constants[strength].yield_strength
+    constants: Any = models.constants
+    limit, yields = constants[failure], constants[strength].yield_strength
     return bool(yields > 0.0 and limit.value == 0.0 and limit.mode != "off")
 
 

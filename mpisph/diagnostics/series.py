@@ -121,6 +121,11 @@ def _cloud_length(s: Sample) -> FloatArray:
     return np.where(s.in_cloud, length_of(s.p.z, s.cloud), 0.0)
 
 
+def _cloud_arrived(s: Sample) -> FloatArray:
+    shown = shows_arrival(s.p.body, s.p.z, s.p.u_r, s.p.u_z, s.cloud)
+    return shown.astype(np.float64)
+
+
 SERIES = (
     Series("mass", "kg", "mass", "sum", lambda s: s.p.m),
     Series(
@@ -157,7 +162,7 @@ SERIES = (
     ),
     Series(
         "cloud_arrived", "", "1 once the cloud has come to the next body", "max",
-        lambda s: shows_arrival(s.p.body, s.p.z, s.p.u_r, s.p.u_z, s.cloud) * 1.0,
+        _cloud_arrived,
     ),
 )  # fmt: skip
 

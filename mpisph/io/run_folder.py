@@ -4,6 +4,7 @@ from pathlib import Path
 
 from mpisph.case import Case, load_case
 from mpisph.case.identity import differences
+from mpisph.case.model import INITIAL_FILE
 from mpisph.core.errors import CaseError, MpisphError, Problem
 from mpisph.io.checkpoint import CHECKPOINTS_FOLDER, remove_checkpoints
 from mpisph.io.history import HISTORY_FILE
@@ -82,7 +83,14 @@ def remove_run(folder: Path) -> None:
 
 def remove_parts(folder: Path) -> None:
     """Remove what was left of files when a run was killed."""
-    names = (CASE_FILE, HISTORY_FILE, RESULT_FILE, SERIES_FILE, STATUS_FILE)
+    names = (
+        CASE_FILE,
+        INITIAL_FILE,
+        HISTORY_FILE,
+        RESULT_FILE,
+        SERIES_FILE,
+        STATUS_FILE,
+    )
     parts = [
         *(path for name in names for path in folder.glob(f"{name}.*.part")),
         *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*.part"),

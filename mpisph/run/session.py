@@ -6,20 +6,28 @@ repeated once it has ended.
 """
 
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack, suppress
+from os import PathLike
 from pathlib import Path
 
+import numpy.typing as npt
 from mpi4py import MPI
 from rich.console import Console
 
 from mpisph.case import Case
+from mpisph.case.discretise import InitialParticles
+from mpisph.case.initial import complete_particles, read_initial, with_particles
+from mpisph.case.model import INITIAL_FILE
 from mpisph.case.plausibility import find_warnings
 from mpisph.core.console import open_console
 from mpisph.core.errors import CollectiveError, MpisphError, UnstableError
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
+from mpisph.core.words import counted
 from mpisph.io.checkpoint import find_checkpoints, remove_checkpoints
 from mpisph.io.files import write_text
 from mpisph.io.history import History, kept_history
+from mpisph.io.initial_file import write_initial
 from mpisph.io.lock import FolderLock
 from mpisph.io.provenance import git_revision, versions
 from mpisph.io.result import RESULT_FILE, Ending, Result, read_result, write_result
@@ -48,9 +56,10 @@ from mpisph.solver.warmup import warm_up
 def run(
     case: Case,
     comm: MPI.Intracomm,
-    folder: Path,
+    folder: str | PathLike[str],
     console: Console | None = None,
     *,
+    particles: Mapping[str, npt.ArrayLike] | None = None,
     force: bool = False,
     signals: SignalHandler | None = None,
 ) -> Result:
@@ -61,11 +70,15 @@ def run(
     case : Case
     comm : MPI.Intracomm
         The run is collective over it; any number of ranks gives the same bits.
-    folder : Path
+    folder : path
         Made where missing. A run in it that was stopped or killed is continued; one
         that has ended is left as it is.
     console : rich.console.Console, optional
         For progress; by default the standard error.
+    particles : mapping of str to array_like, shape (n,), optional
+        Particles to start from, instead of those that fill the bodies, as arrays by
+        field: see `case.initial.complete_particles`. Those of rank 0 count; other
+        ranks may give the same or None. They are kept in ``initial.h5``.
     force : bool, optional
         Whether to start over, and remove the files of the run in the folder.
     signals : SignalHandler, optional
@@ -81,8 +94,8 @@ def run(
     Raises
     ------
     CaseError
-        On all ranks, if the folder holds a run of another case, or if the particles
-        would not fit into the nodes' memory.
+        On all ranks, if the folder holds a run of another case, if the particles would
+        not fit into the nodes' memory, or if those given are not sound.
     InUseError
         On all ranks, if another run is at work in the folder.
     MpisphError
@@ -91,8 +104,11 @@ def run(
         On all ranks, if a file cannot be written; on rank 0 alone, if it is the history
         or the log: started with ``python -m mpi4py``, a program then ends on all ranks.
     """
+    folder = Path(folder)
     on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
     session = _Session(comm, folder, console, signals)
+    if comm.bcast(particles is not None):
+        case = from_root(comm, lambda: session.take(case, particles or {}))
     with FolderLock(comm, folder, session.say):
         if force:
             return session.start_run(case)
@@ -149,11 +165,30 @@ class _Session:
         self.folder = folder
         self.console = console or open_console(stderr=True)
         self.signals = signals or SignalHandler()
+        self.particles: InitialParticles | None = None
 
     def say(self, text: str) -> None:
         """Print a line, once for all ranks."""
         if self.comm.rank == 0:
             self.console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    def take(self, case: Case, given: Mapping[str, npt.ArrayLike]) -> Case:
+        """Return a case with particles to start from, and keep these; on rank 0."""
+        self.particles = complete_particles(case, given, "particles")
+        return with_particles(case, self.particles, self.folder / INITIAL_FILE)
+
+    def _begin(self, case: Case) -> Simulation:
+        """Start from the beginning; particles of its own are kept beside the case."""
+        on_root(self.comm, lambda: self._keep_initial(case))
+        return start(case, self.comm)
+
+    def _keep_initial(self, case: Case) -> None:
+        """Write or remove the copy of the particles to start from; on rank 0."""
+        path = self.folder / INITIAL_FILE
+        if case.initial is None:
+            path.unlink(missing_ok=True)
+        elif self.particles is not None or not _is_same(path, Path(case.initial.file)):
+            write_initial(self.folder, self.particles or read_initial(case))
 
     def start_run(self, case: Case) -> Result:
         """Make a run from its beginning."""
@@ -206,14 +241,15 @@ class _Session:
         """Make the steps of a run from its beginning or from its last checkpoint."""
         with ExitStack() as stack:
             log = stack.enter_context(RunLog(self.folder, self.comm))
-            log.say(f"{case.title}\n{self.comm.size} ranks, code cache {CACHE_FOLDER}")
+            ranks = counted(self.comm.size, "rank")
+            log.say(f"{case.title}\n{ranks}, code cache {CACHE_FOLDER}")
             if not resuming:
                 self._say_beforehand(case, log)
             self._compile(log)
             loaded = None
             if resuming:
                 loaded = load_last_state(case, self.comm, self.folder, self.say)
-            sim, state = loaded or (start(case, self.comm), None)
+            sim, state = loaded or (self._begin(case), None)
             log.say(f"{sim.n_total} particles, step {sim.step}")
             status.write("running", sim.step, sim.time)
             output = self._open_output(stack, sim, log, state)
@@ -300,6 +336,10 @@ class _Session:
             on_root(self.comm, lambda: draw_run(self.folder))
         except (CollectiveError, MpisphError, RuntimeError) as error:
             self.say(f"warning: no figures: {error}; see `mpisph figures`")
+
+
+def _is_same(path: Path, other: Path) -> bool:
+    return path.exists() and other.exists() and path.samefile(other)
 
 
 def _read_result(folder: Path) -> Result:
