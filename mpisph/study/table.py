@@ -189,13 +189,13 @@ def _momentum_columns(
     """Return the cloud's axial momentum; momentum and energies of each body."""
     m, u_z = arrays["m"], arrays["u_z"]
     momentum, kinetic = m * u_z, 0.5 * m * (u_z**2 + arrays["u_r"] ** 2)
-    definition, body, z = cloud_definition(case), arrays["body"], arrays["z"]
-    arrived = shows_arrival(body, z, arrays["u_r"], u_z, definition).any()
-    cloud = in_cloud(body, z, u_z, definition)
+    definition, bodies, z = cloud_definition(case), arrays["body"], arrays["z"]
+    arrived = shows_arrival(bodies, z, arrays["u_r"], u_z, definition).any()
+    cloud = in_cloud(bodies, z, u_z, definition)
     name = column("cloud_momentum_z", where, "kg_m_per_s")
     row: Row = {name: None if arrived else float(momentum[cloud].sum())}
     for k, body in enumerate(case.bodies):
-        mine = arrays["body"] == k
+        mine = bodies == k
         for quantity, values, unit in (
             ("momentum_z", momentum, "kg_m_per_s"),
             ("kinetic_energy", kinetic, "J"),
