@@ -62,9 +62,12 @@ if comm.rank == 0:
     folder.mkdir(parents=True)
 """
 
-NO_PROC = LONG + """
+NO_PROC = (
+    LONG
+    + """
 module._short_name = lambda *_: Path("/nowhere/x")
 """
+)
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
