@@ -16,7 +16,7 @@ hypothesis.settings.load_profile("mpisph")
 
 def pytest_addoption(parser):
     text = "how many runs to kill at random moments, four times each"
-    parser.addoption("--killed-runs", type=int, default=2, help=text)
+    parser.addoption("--killed-runs", type=int, default=1, help=text)
 
 
 def pytest_generate_tests(metafunc):

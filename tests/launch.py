@@ -29,8 +29,13 @@ SETTINGS = {
 
 
 def environment(**more):
-    """The environment for a program that starts MPI, or for mpirun itself."""
+    """The environment for a program that starts MPI, or for mpirun itself.
+
+    A PYTHONPATH among `more` goes before the one that there is.
+    """
     kept = {k: v for k, v in os.environ.items() if not k.startswith(LEFTOVERS)}
+    if "PYTHONPATH" in more and kept.get("PYTHONPATH"):
+        more["PYTHONPATH"] += os.pathsep + kept["PYTHONPATH"]
     return {**kept, **SETTINGS, **more}
 
 

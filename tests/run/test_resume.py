@@ -211,6 +211,16 @@ def test_what_is_no_checkpoint_is_set_aside(kind, stopped, once, capsys):
     check_whole(stopped, once)
 
 
+def test_without_a_sound_checkpoint_a_run_begins_again(stopped, once, capsys):
+    for path in find_checkpoints(stopped):
+        path.write_bytes(path.read_bytes()[:-1])
+    resume(SELF, stopped)
+    err = capsys.readouterr().err
+    assert err.count(": damaged") == 2
+    assert "no sound checkpoint; starting from the beginning" in err
+    check_whole(stopped, once)
+
+
 def test_a_checkpoint_that_cannot_be_read_is_left_for_the_one_before(
     stopped, once, capsys, monkeypatch
 ):
