@@ -1,11 +1,18 @@
 """The program: ``mpisph``, or ``python -m mpisph``."""
 
+import os
 import sys
 import warnings
+
+from mpisph.core.launcher import step_without_mpi
 
 
 def main() -> None:
     """Run the command line, or say that there is no MPI to run it with."""
+    text = step_without_mpi(os.environ)
+    if text is not None:
+        sys.stderr.write(f"mpisph: {text}\n" * bool(text))
+        sys.exit(2)
     # mpisph says the same, once and for people: see `launcher`.
     warnings.filterwarnings("ignore", "suspicious MPI execution environment")
     try:

@@ -51,8 +51,19 @@ choose_case() {
     if [[ $output && ${#cases[@]} == 1 ]]; then
         folder=$output
     else
+        check_names "${cases[@]}"
         folder=${output:-${MPISPH_RUNS:-runs}}/$(stem "$case")
     fi
+}
+
+# check_names CASE...: ends this script where a run's folder cannot be named after a CASE.
+check_names() {
+    local path name
+    for path in "$@"; do
+        name=$(stem "$path")
+        [[ $name && $name != [.-]* && $path != *[[:cntrl:]]* ]] ||
+            bad_input "$(printf '%q' "$path"): no folder can be named after this file"
+    done
 }
 
 # stem PATH: the name of a case file without its ending.
@@ -63,8 +74,8 @@ stem() {
 
 # status KEY: what status.json of the run says, or nothing.
 status() {
-    sed -n "s/^ *\"$1\": \"\{0,1\}\([^\",]*\).*/\1/p" "$folder/status.json" 2>/dev/null ||
-        true
+    sed -n "s/^ *\"$1\": \"\{0,1\}\([^\",]*\).*/\1/p" 2>/dev/null \
+        <"$folder/status.json" || true
 }
 
 find_mpisph() {
@@ -82,9 +93,9 @@ run_case() {
     shift 2
     # At first 'run', also into a folder with a run in it: it makes sure that it is one
     # of this case. Later 'resume', which asks for no case file any more.
-    command=(run "${walltime[@]}" "${options[@]}" -o "$folder" "$case")
+    command=(run "${walltime[@]}" "${options[@]}" -o "$folder" -- "$case")
     if [[ $restarted && -f $folder/case.toml ]]; then
-        command=(resume "${walltime[@]}" "$folder")
+        command=(resume "${walltime[@]}" -- "$folder")
     fi
     find_mpisph
     before=$(status step)

@@ -96,6 +96,7 @@ seconds() {
 }
 
 index=${PBS_ARRAY_INDEX:-${MPISPH_INDEX:-}}
+[[ ${CASE:-}${ARGS:-} != *$'\n'* ]] || bad_input "CASE and ARGS: expected one line each"
 read -ra cases <<<"${CASE:-}"
 read -ra arguments <<<"${ARGS:-}"
 choose_case "$index" "${cases[@]}" -- "${arguments[@]}"

@@ -31,10 +31,10 @@ SETTINGS = {
 def environment(**more):
     """The environment for a program that starts MPI, or for mpirun itself.
 
-    A PYTHONPATH among `more` goes before the one that there is.
+    A PYTHONPATH goes before the one there is.
     """
     kept = {k: v for k, v in os.environ.items() if not k.startswith(LEFTOVERS)}
-    if "PYTHONPATH" in more and kept.get("PYTHONPATH"):
+    if "PYTHONPATH" in more and "PYTHONPATH" in kept:
         more["PYTHONPATH"] += os.pathsep + kept["PYTHONPATH"]
     return {**kept, **SETTINGS, **more}
 

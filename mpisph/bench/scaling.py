@@ -15,6 +15,7 @@ from mpi4py import MPI
 
 from mpisph.case import Case
 from mpisph.case.discretise import discretise
+from mpisph.case.initial import read_initial
 from mpisph.core.particles import FloatArray, IntArray
 from mpisph.parallel.cost_model import CutMode, choose_columns, take_census
 from mpisph.parallel.decomposition import Cut, equal_work_cut, owners
@@ -131,7 +132,7 @@ def initial_layout(case: Case, neighbours: FloatArray | None = None) -> Particle
         In the order of the ids; by default all are active and have as many as inside
         a body.
     """
-    initial = discretise(case)
+    initial = discretise(case) if case.initial is None else read_initial(case)
     kappa = case.scheme.kappa
     if neighbours is None:
         inside = round(math.pi * (kappa * case.smoothing_length / case.spacing) ** 2)

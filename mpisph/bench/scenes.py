@@ -12,6 +12,7 @@ from mpi4py import MPI
 from mpisph.bench.record import SceneName
 from mpisph.case import Case, case_from_dict
 from mpisph.case.discretise import InitialParticles, discretise, initial_count
+from mpisph.core.particles import INITIAL
 from mpisph.io.snapshot import SNAPSHOTS_FOLDER, read_snapshot, write_snapshot
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.run.loop import make_step
@@ -139,10 +140,8 @@ def start_late(case: Case, path: Path, comm: MPI.Intracomm) -> Simulation:
     """
     snapshot = from_root(comm, lambda: read_snapshot(path))
     first, end = id_block(case, comm)
-    arrays = {
-        name: snapshot.arrays[name][first:end] for name in InitialParticles._fields
-    }
-    return start_from(case, comm, InitialParticles(**arrays), snapshot.time)
+    share = {name: snapshot.arrays[name][first:end] for name in INITIAL}
+    return start_from(case, comm, InitialParticles.of(share), snapshot.time)
 
 
 def scaled_npr(npr: int, ranks: int) -> int:

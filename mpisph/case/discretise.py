@@ -1,15 +1,16 @@
-"""The initial particles of a case: every body on its own lattice of rings."""
+"""The particles that fill the bodies of a case, each on its own lattice of rings."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from mpisph.case.model import Case
 from mpisph.case.shapes.section import Lattice
+from mpisph.core.particles import HISTORY
 
 __all__ = ["InitialParticles", "discretise", "initial_count"]
 
@@ -42,6 +43,8 @@ class InitialParticles(NamedTuple):
     u_r, E, S_rr, S_zz, S_rz : ndarray, shape (n,), or None
         Radial velocity [m/s], energy [J/kg] and stress [Pa]; None is zero, as at the
         start of every case.
+    history : mapping of str to ndarray, shape (n,)
+        Fields of `HISTORY`; those left out are zero.
     """
 
     id: IntArray
@@ -58,6 +61,20 @@ class InitialParticles(NamedTuple):
     S_rr: FloatArray | None = None
     S_zz: FloatArray | None = None
     S_rz: FloatArray | None = None
+    history: Mapping[str, FloatArray] = {}
+
+    @classmethod
+    def of(cls, fields: Mapping[str, npt.NDArray[Any]]) -> InitialParticles:
+        """Make them of their fields by name."""
+        history = {name: fields[name] for name in HISTORY if name in fields}
+        others = {name: v for name, v in fields.items() if name not in HISTORY}
+        return cls(**others, history=history)
+
+    def fields(self) -> dict[str, npt.NDArray[Any]]:
+        """Return the fields that are given, by name."""
+        named = self._asdict() | dict(self.history)
+        del named["history"]
+        return {name: values for name, values in named.items() if values is not None}
 
 
 class _Rows(NamedTuple):
@@ -74,12 +91,14 @@ class _Rows(NamedTuple):
 
 
 def initial_count(case: Case) -> int:
-    """Return the exact number of particles of a case, without making them.
+    """Return the exact number of particles at a case's start, without making them.
 
     Parameters
     ----------
     case : Case
     """
+    if case.initial is not None:
+        return case.initial.count
     return int(_rows(_lattices(case)).end_id[-1])
 
 

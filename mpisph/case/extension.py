@@ -57,6 +57,7 @@ def extended_case(old: Case, new: Case) -> Case:
     # Checked as a case that is read: there may be too many times.
     text = new.model_copy(update={"output": output}).to_toml()
     case = case_from_dict(tomllib.loads(text))
+    case = case.model_copy(update={"initial": new.initial})  # its place is no text's
     if not is_extension(old, case):
         pairs = zip(case.output_times, old.output_times, strict=False)
         early = next(now for now, before in pairs if now != before)

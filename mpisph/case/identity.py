@@ -15,9 +15,10 @@ from mpisph.inputs.quantities import PROSE
 
 __all__ = ["HARMLESS", "case_key", "differences"]
 
-HARMLESS = ("checkpoints.", "parallel.", "output.figures")
+HARMLESS = ("checkpoints.", "parallel.", "output.figures", "initial.file")
 """Beginnings of the keys that may change while a run is under way: no bit of what it
-computes depends on them. So may prose: the title, descriptions and sources."""
+computes depends on them. So may prose: the title, descriptions and sources. Of initial
+particles the digest counts, not where they lie."""
 
 KEY_DIGITS = 12
 """Hexadecimal digits of a case's key: two of a million cases share one with a chance of

@@ -10,8 +10,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from mpisph.case.initial import read_initial, with_particles
 from mpisph.case.model import Case
 from mpisph.case.problems import case_problems
+from mpisph.case.sections import Initial
 from mpisph.core.errors import CaseError, Problem
 from mpisph.inputs.findings import Key, Origins, integer_problems
 from mpisph.inputs.overrides import apply_override
@@ -82,7 +84,7 @@ class CaseSource:
             else:
                 problems.append(problem)
         origins = Origins(str(self.path), self._lines, overridden)
-        return _build(data, origins, problems)
+        return _build(data, origins, problems, self.path.parent)
 
 
 def case_from_dict(data: Mapping[str, Any]) -> Case:
@@ -91,7 +93,8 @@ def case_from_dict(data: Mapping[str, Any]) -> Case:
     Parameters
     ----------
     data : mapping
-        What ``tomllib`` would read from a case file.
+        What ``tomllib`` would read from a case file. Files that it names count from
+        the current folder.
 
     Returns
     -------
@@ -106,7 +109,12 @@ def case_from_dict(data: Mapping[str, Any]) -> Case:
     return _build(data, Origins(None, {}, {}), [])
 
 
-def _build(data: Mapping[str, Any], origins: Origins, problems: list[Problem]) -> Case:
+def _build(
+    data: Mapping[str, Any],
+    origins: Origins,
+    problems: list[Problem],
+    folder: Path = Path(),
+) -> Case:
     long_integers = integer_problems(data, origins)
     if long_integers:
         raise CaseError(problems + long_integers)
@@ -117,4 +125,16 @@ def _build(data: Mapping[str, Any], origins: Origins, problems: list[Problem]) -
         raise CaseError(problems) from None
     if problems:
         raise CaseError(problems)
-    return case
+    return case if case.initial is None else _with_initial(case, case.initial, folder)
+
+
+def _with_initial(case: Case, initial: Initial, folder: Path) -> Case:
+    """Return a case with the place, digest and number of its initial particles.
+
+    A case that has the latter is not read for them: a run checks them at its start.
+    """
+    place = initial.model_copy(update={"file": str((folder / initial.file).absolute())})
+    case = case.model_copy(update={"initial": place})
+    if initial.digest is not None and initial.particles is not None:
+        return case
+    return with_particles(case, read_initial(case), Path(place.file))

@@ -18,6 +18,7 @@ from mpisph.case.partial_case import (
 )
 from mpisph.case.sections import (
     Checkpoints,
+    Initial,
     Limits,
     Measured,
     Output,
@@ -34,10 +35,14 @@ from mpisph.materials.library import card_data
 from mpisph.materials.model import TABLES
 from mpisph.physics.response import KINDS, MaterialModels
 
-__all__ = ["MOST", "Case", "merge_materials"]
+__all__ = ["INITIAL_FILE", "MOST", "Case", "merge_materials"]
 
 MOST = 100
 """Bodies of a case, and materials."""
+
+
+INITIAL_FILE = "initial.h5"
+"""Copy of the particles that a run started from, in its folder."""
 
 
 class Case(FrozenModel):
@@ -54,6 +59,8 @@ class Case(FrozenModel):
     """The bodies, in the order in which their particles are numbered."""
     resolution: Resolution
     """Particle spacing and smoothing length."""
+    initial: Initial | None = None
+    """Particles to start from, instead of those that fill the bodies."""
     scheme: Scheme = Scheme()
     """The equations and their switches."""
     output: Output = Output()
@@ -195,9 +202,13 @@ class Case(FrozenModel):
     def to_toml(self) -> str:
         """Return the case as TOML: every default written, SI, materials embedded.
 
-        Loading the text gives an equal case.
+        Loading the text gives an equal case. Particles of its own are named by
+        `INITIAL_FILE`, which a run keeps beside it.
         """
-        text = tomli_w.dumps(self.model_dump(exclude_none=True, by_alias=True))
+        data = self.model_dump(exclude_none=True, by_alias=True)
+        if self.initial is not None:
+            data["initial"]["file"] = INITIAL_FILE
+        text = tomli_w.dumps(data)
         return f"# A complete case: SI units, every default written out.\n\n{text}"
 
     def _material_key(self, body: Body) -> tuple[str, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, Strict
+from pydantic import AfterValidator, Field, Strict
 
 from mpisph.inputs.quantities import (
     Count,
@@ -20,6 +20,7 @@ from mpisph.inputs.quantities import (
     Quantity,
     Source,
     TimeOffset,
+    one_line,
 )
 from mpisph.materials.model import EquationOfState, Failure, Strength
 from mpisph.physics.failure.minimum_pressure import MinimumPressure
@@ -28,6 +29,7 @@ __all__ = [
     "Checkpoints",
     "Exposure",
     "Heat",
+    "Initial",
     "Limits",
     "Measured",
     "Output",
@@ -50,6 +52,23 @@ class Resolution(FrozenModel):
     """Particle spacing, instead of npr."""
     nph: Annotated[float, Field(ge=0.5, le=10), Quantity("")] = 2.0
     """Initial smoothing length over particle spacing."""
+
+
+class Initial(FrozenModel):
+    """Particles that a run starts from, in place of those that fill the bodies."""
+
+    file: Annotated[str, Field(min_length=1, max_length=4000), AfterValidator(one_line)]
+    """HDF5 file of them, or a snapshot; relative to the case file."""
+    digest: Annotated[str, Field(pattern="^[0-9a-f]+$", max_length=64)] | None = None
+    """SHA-256 of their fields; filled in when the file is read."""
+    particles: Count | None = None
+    """Number of them; filled in when the file is read."""
+
+    @property
+    def count(self) -> int:
+        """Number of the particles of a case that has been loaded."""
+        assert self.particles is not None, "loading a case has filled it in"
+        return self.particles
 
 
 class Viscosity(FrozenModel):

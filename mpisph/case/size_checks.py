@@ -9,13 +9,13 @@ from mpisph.case.partial_case import Parts, find_spacing, spacing_key
 from mpisph.case.times import exposure_times
 from mpisph.inputs.findings import Finding, Key
 
-__all__ = ["SIZE_RULES"]
+__all__ = ["FARTHEST", "SIZE_RULES"]
 
 _MOST_PARTICLES = 10**9
 _MOST_STEPS = 10**8
 _MOST_SNAPSHOTS = 100_000
 
-_FARTHEST = 1e6
+FARTHEST = 1e6
 """Spacings from the origin. The neighbour search keeps a table of all rows of cells
 between the outermost particles, and positions must not lose their digits."""
 
@@ -43,8 +43,8 @@ def _check_distances(parts: Parts) -> Iterator[Finding]:
     for i, body in enumerate(parts.bodies):
         if body is None or spacing is None:
             continue
-        farthest = _FARTHEST * spacing
-        limit = f"expected at most {_FARTHEST:g} particle spacings, {farthest:g} m"
+        farthest = FARTHEST * spacing
+        limit = f"expected at most {FARTHEST:g} particle spacings, {farthest:g} m"
         distance = body.section.extent
         if distance > farthest:
             text = f'"{body.name}" reaches {distance:g} m from the origin; {limit}'

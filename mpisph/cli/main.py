@@ -16,6 +16,7 @@ from mpisph import __version__
 from mpisph.cli import machine, post, run, study
 from mpisph.cli.options import BAD_INPUT
 from mpisph.core.errors import CaseError, CollectiveError, MpisphError
+from mpisph.core.jit import CACHE_FOLDER, REMOVED
 from mpisph.core.launcher import launch_of, mismatch
 from mpisph.run.signals import SignalHandler
 
@@ -51,7 +52,15 @@ def main() -> NoReturn:
     launch = launch_of(os.environ)
     text = mismatch(launch, MPI.COMM_WORLD.size, MPI.Get_library_version())
     if text is not None:
-        sys.exit(f"mpisph: {text}" if launch and launch.rank == 0 else 1)
+        if launch and launch.rank == 0:
+            click.echo(f"mpisph: {text}", err=True)
+        sys.exit(BAD_INPUT)
+    if REMOVED:
+        click.echo(
+            f"mpisph: compiled code in {CACHE_FOLDER} was damaged; removed "
+            f"{', '.join(path.name for path in REMOVED)}, to be compiled again",
+            err=True,
+        )
     if not first:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")
     sys.exit(_run(signals, first))
@@ -61,7 +70,9 @@ def _run(signals: SignalHandler, first: bool) -> int:
     """Run the command line and return its exit code, the same on all ranks."""
     try:
         code = cli.main(prog_name="mpisph", standalone_mode=False, obj=signals)
-    except click.exceptions.Abort:  # Ctrl-C where no run catches it
+    except click.exceptions.Abort as error:
+        if isinstance(error.__cause__, EOFError):  # click takes it for Ctrl-D
+            raise error.__cause__ from None
         click.echo("mpisph: interrupted", err=True)
         MPI.COMM_WORLD.Abort(130)
     except click.ClickException as error:

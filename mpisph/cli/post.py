@@ -12,6 +12,7 @@ from mpi4py import MPI
 from mpisph.cli.options import runs_argument
 from mpisph.core.console import open_console
 from mpisph.core.errors import MpisphError
+from mpisph.inputs.folder_name import folder_name
 from mpisph.parallel.collectives import from_root, on_root
 
 
@@ -66,7 +67,9 @@ def report_command(paths: tuple[Path, ...], output: Path | None, root: Path) -> 
     folders = [p for p in paths if p not in studies]
     home = Path()
     if len(paths) == 1:
-        home = root / STUDIES_FOLDER / paths[0].stem if studies else paths[0]
+        home = paths[0]
+        if studies:
+            home = root / STUDIES_FOLDER / folder_name(paths[0])
     page = output or home / REPORT_FILE
     click.echo(
         from_root(MPI.COMM_WORLD, lambda: write_report(folders, page, studies, root))

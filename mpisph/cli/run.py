@@ -18,6 +18,8 @@ from mpisph.cli.options import (
 )
 from mpisph.core.console import open_console
 from mpisph.core.errors import CaseError
+from mpisph.core.words import counted
+from mpisph.inputs.folder_name import folder_name
 from mpisph.parallel.collectives import from_root
 from mpisph.run.signals import STOP_FILE, SignalHandler
 from mpisph.solver.estimate import estimate
@@ -130,7 +132,7 @@ def _run_folders(case_files: Sequence[Path], output: Path | None) -> list[Path]:
     """Return a folder for each case; no two cases may share one."""
     if output is not None and len(case_files) == 1:
         return [output]
-    folders = [(output or Path("runs")) / path.stem for path in case_files]
+    folders = [(output or Path("runs")) / folder_name(path) for path in case_files]
     for k, folder in enumerate(folders):
         if folder in folders[:k]:
             raise click.UsageError(f"two of the cases would be run in {folder}")
@@ -169,10 +171,10 @@ def _say_ending(folder: Path, result: "Result") -> None:
         console.print(comparison_table(result))
     c, t = result.conservation, result.timing
     console.print(
-        f"{result.status}: {result.particles} particles, {t.steps} steps in "
-        f"{t.wall:.2f} s on {t.ranks} rank{'s' if t.ranks > 1 else ''}; energy "
-        f"error {c.energy_error_max:.1e}, axial momentum "
-        f"{abs(c.momentum_z_error):.1e}\nfiles in {folder}",
+        f"{result.status}: {counted(result.particles, 'particle')}, "
+        f"{counted(t.steps, 'step')} in {t.wall:.2f} s on {counted(t.ranks, 'rank')}; "
+        f"relative errors: energy {c.energy_error_max:.1e}, axial momentum "
+        f"{abs(c.momentum_z_error):.1g}\nfiles in {folder}",
         highlight=False,
         soft_wrap=True,
     )
@@ -199,7 +201,8 @@ def _status_line(folder: Path) -> str:
         return f"{folder}: {'no run' if state == 'to do' else state}"
     because = f" ({reason})" if reason else ""
     reached, end = status.time * 1e6, status.end_time * 1e6
+    ranks = counted(status.ranks, "rank")
     return (
         f"{folder}: {state}{because}, step {status.step}, t = {reached:.4f} of "
-        f"{end:.4f} us, {status.ranks} ranks, {status.host}, {status.updated}"
+        f"{end:.4f} us, {ranks}, {status.host}, {status.updated}"
     )

@@ -126,7 +126,7 @@ class UnstableError(MpisphError):
 
     def __str__(self) -> str:
         """Return the breakdown as one line."""
-        where = f"step {self.step}, t = {self.time:.6g} s"
+        where = f"step {self.step}, t = {1e6 * self.time:.4f} µs"
         if self.particle is not None:
             where += f", particle {self.particle}"
         return f"unstable ({self.reason}) at {where}: {self.detail}"

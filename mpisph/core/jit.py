@@ -4,15 +4,25 @@ Numba's cache looks only at the file in which a function stands: editing a funct
 that it calls in another file would still run the old code. So the cache folder is
 named by a digest of all numeric sources, and a change there starts a fresh one. It is
 set when this module is imported, before any function is compiled.
+
+A full disk or a loss of power can leave half a file in the cache, which Numba would
+fail on at every start. So what is damaged is removed on import, and is then compiled
+again.
 """
 
 import atexit
 import hashlib
+import io
+import json
 import os
+import pickle
+import pickletools
 import platform
 import shutil
+import stat
 import string
 import tempfile
+import zlib
 from pathlib import Path
 
 import llvmlite.binding
@@ -86,6 +96,7 @@ def use_cache_folder() -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
+        REMOVED.extend(remove_damaged(folder))
     except OSError:
         own = Path(tempfile.mkdtemp(prefix="mpisph-"))
         atexit.register(shutil.rmtree, own, ignore_errors=True)
@@ -110,17 +121,110 @@ def source_stamp() -> str:
 
 def is_compiled() -> bool:
     """Say whether the cache folder holds all that a run calls, for these sources."""
-    return _mark().exists()
+    return _mark(CACHE_FOLDER).exists()
 
 
 def mark_compiled() -> None:
-    """Take down that the cache folder holds all that a run calls."""
-    if not numba.config.DISABLE_JIT:
-        _mark().touch()
+    """Take down that the cache folder holds all that a run calls, and its digests."""
+    if numba.config.DISABLE_JIT:
+        return
+    contents = {name: _content(path) for name, path in _compiled(CACHE_FOLDER).items()}
+    sums = {name: zlib.crc32(text) for name, text in contents.items() if text}
+    part = tempfile.NamedTemporaryFile("w", dir=CACHE_FOLDER, delete=False)
+    with part as file:
+        json.dump(sums, file)
+    Path(part.name).replace(_mark(CACHE_FOLDER))
 
 
-def _mark() -> Path:
-    return CACHE_FOLDER / f"complete-{source_stamp()}"
+def remove_damaged(folder: Path) -> list[Path]:
+    """Remove damaged files of compiled code of these sources from a cache folder.
+
+    The code of a function never changes once all is compiled; its index does where the
+    function is compiled for further types. So a file that differs from what was taken
+    down is damaged, except an index that can be read.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Returns
+    -------
+    list of Path
+        Those that this process has removed; other ranks may look at the same time.
+
+    Raises
+    ------
+    OSError
+        If one cannot be removed.
+    """
+    mark, found = _mark(folder), _compiled(folder)
+    known = _known_sums(mark)
+    damaged = []
+    for name, path in found.items():
+        content = _content(path)
+        if content and known.get(name) == zlib.crc32(content):
+            continue
+        if (name in known and path.suffix == ".nbc") or not _is_pickled(content):
+            damaged.append(path)
+    removed = []
+    if damaged or known.keys() - found.keys():
+        mark.unlink(missing_ok=True)  # what is missing is then compiled before a run
+    for path in damaged:
+        try:
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+            removed.append(path)
+        except FileNotFoundError:  # another rank was faster
+            continue
+    return removed
+
+
+def _compiled(folder: Path) -> dict[str, Path]:
+    """Return the files of compiled code of these sources, by their name in a folder."""
+    found = {}
+    for source in sorted({path.parent for path in numeric_sources()}):
+        # As Numba names the folder of a source's.
+        name = f"{source.name}_{hashlib.sha1(str(source).encode()).hexdigest()}"
+        for path in (folder / name).glob("*.nb[ci]"):
+            found[f"{name}/{path.name}"] = path
+    return found
+
+
+def _content(path: Path) -> bytes | None:
+    """Return the bytes of a regular file; None where it cannot be read."""
+    try:
+        return path.read_bytes() if stat.S_ISREG(path.stat().st_mode) else None
+    except OSError:
+        return None
+
+
+def _is_pickled(content: bytes | None) -> bool:
+    """Say whether bytes are whole pickles, as in Numba's files; it loads none."""
+    if not content or not content.startswith(pickle.PROTO):
+        return False
+    stream = io.BytesIO(content)
+    try:
+        while stream.tell() < len(content):
+            for _ in pickletools.genops(stream):
+                pass
+    except Exception:  # whatever it makes of garbage
+        return False
+    return True
+
+
+def _known_sums(mark: Path) -> dict[str, int]:
+    """Return the digests taken down; none where that file is missing or damaged."""
+    try:
+        found = json.loads(_content(mark) or b"")
+    except ValueError:
+        found = None
+    if not isinstance(found, dict):
+        mark.unlink(missing_ok=True)
+        return {}
+    return found
+
+
+def _mark(folder: Path) -> Path:
+    return folder / f"complete-{source_stamp()}"
 
 
 def cache_size() -> int:
@@ -147,5 +251,8 @@ def prune_cache(keep: int = 8) -> None:
 def _is_digest(name: str) -> bool:
     return len(name) == DIGITS and set(name) <= set(string.hexdigits)
 
+
+REMOVED: list[Path] = []
+"""Damaged files of compiled code that this process has found and removed."""
 
 CACHE_FOLDER = use_cache_folder()

@@ -1,10 +1,10 @@
 """Whether the launcher and the MPI library of this process belong together.
 
-An mpirun of another MPI starts processes that each find themselves alone: every one
-would run the whole case, into the same folder.
+An mpirun of another MPI, or Slurm's srun without the MPI plugin, starts processes that
+each find themselves alone: every one would run the whole case, into the same folder.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, MutableMapping
 from typing import NamedTuple
 
 
@@ -33,6 +33,44 @@ _VARIABLES = (
     ("srun", "SLURM_STEP_NUM_TASKS", "SLURM_PROCID"),
 )
 # An mpirun may itself have been started by srun: the last to speak comes first here.
+
+_MEETING = ("PMIX_RANK", *(rank for *_, rank in _VARIABLES[:-1]))
+# One of these is set where processes have been told how to find each other.
+
+_STEP = ("SLURM_STEP_ID", "SLURM_STEPID")
+
+
+def step_without_mpi(environment: MutableMapping[str, str]) -> str | None:
+    """Return what is wrong where srun has started this process and no MPI plugin has.
+
+    It is to be called before MPI starts: Open MPI ends such a process with a page on
+    how to build it. A single process of a step, such as that in the shell of `salloc`
+    or of ``srun --pty``, needs no plugin; it is taken out of the step.
+
+    Parameters
+    ----------
+    environment : mutable mapping
+        That of this process; of a single one the variables of the step are removed.
+
+    Returns
+    -------
+    str or None
+        For people, and empty on all tasks but one; None where nothing is wrong.
+    """
+    launch = launch_of(environment)
+    if not launch or launch.launcher != "srun" or environment.keys() & set(_MEETING):
+        return None
+    if launch.size == 1 or "SLURM_PTY_PORT" in environment:
+        for name in (*_STEP, "SLURM_STEP_NUM_TASKS"):
+            environment.pop(name, None)
+        return None
+    return (
+        f"srun has started {launch.size} tasks without MPI, so that each would run "
+        f"alone. Use `srun --mpi=pmix` (`srun --mpi=list` shows what there is), or "
+        "`mpirun` within the job."
+        if launch.rank == 0
+        else ""
+    )
 
 
 def launch_of(environment: Mapping[str, str]) -> Launch | None:

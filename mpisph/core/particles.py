@@ -100,6 +100,9 @@ _INTEGRATED = slice(VALUES.index("u_r"), VALUES.index("h") + 1)
 _RATES = slice(VALUES.index("du_r"), VALUES.index("dh") + 1)
 HISTORY = tuple(f.name for f in FIELDS if f.role == "history")
 
+INITIAL = tuple(f.name for f in FIELDS if f.role in {"label", "state", "history"})
+"""Fields that a run starts from; all others follow from them."""
+
 _namedtuple: Any = collections.namedtuple  # of fields that follow the table
 
 _RATE_NAMES = tuple(f.name for f in FIELDS if f.role == "rate")

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from mpisph.case import Case, case_from_dict
 from mpisph.case.sections import Exposure
+from mpisph.core.words import grouped
 from mpisph.diagnostics.cloud import (
     CloudDefinition,
     CloudErrors,
@@ -24,7 +25,6 @@ from mpisph.figures.style import (
     COMPUTED,
     DPI,
     MEASURED,
-    REAR_FACE,
     STYLE,
     WIDTH,
     Out,
@@ -33,7 +33,9 @@ from mpisph.figures.style import (
 from mpisph.figures.view import (
     View,
     choose_view,
+    common_view,
     draw_particles,
+    draw_rear_faces,
     exposure_at,
     measure_cloud,
     only_finite,
@@ -44,11 +46,14 @@ from mpisph.io.snapshot import Snapshot, read_series, read_snapshot
 
 FIGURES_FOLDER = "figures"
 
+_COLUMNS = 4
+# Of the legend where it names bodies alone.
+
 _NO_ERRORS = CloudErrors(None, None)
 
 
 def draw_run(folder: Path) -> list[Path]:
-    """Draw every snapshot of a run to ``figures/cloud_<time>us.png``.
+    """Draw every snapshot of a run to ``figures/cloud_<time>us.png``, all in one view.
 
     Exposures are drawn in at their nominal times and at those with the clock
     offset added.
@@ -69,11 +74,14 @@ def draw_run(folder: Path) -> list[Path]:
         If a snapshot cannot be read or a figure cannot be written.
     """
     series = read_series(folder)
+    if not series:
+        return []
     names = _figure_names([time for _, time in series])
     figures = [folder / FIGURES_FOLDER / name for name in names]
+    case = case_from_dict(tomllib.loads(read_snapshot(series[0][0]).case))
+    view = common_view([path for path, _ in series], case)
     for (path, time), out in zip(series, figures, strict=True):
-        case = case_from_dict(tomllib.loads(read_snapshot(path).case))
-        draw_cloud(path, case, out, exposure=exposure_at(case, time))
+        draw_cloud(path, case, out, exposure=exposure_at(case, time), view=view)
     return figures
 
 
@@ -94,6 +102,7 @@ def draw_cloud(
     out: Out,
     measure: CloudMeasure | None = None,
     exposure: Exposure | None = None,
+    view: View | None = None,
 ) -> None:
     """Draw the particles of a snapshot, mirrored about the axis.
 
@@ -106,6 +115,8 @@ def draw_cloud(
         By default the cloud is measured from the snapshot.
     exposure : Exposure, optional
         What was measured; without it nothing is drawn in beside the cloud.
+    view : View, optional
+        By default that of this snapshot alone.
 
     Raises
     ------
@@ -115,21 +126,21 @@ def draw_cloud(
     snapshot = only_finite(read_snapshot(snapshot_path))
     definition = cloud_definition(case)
     measure = measure or measure_cloud(snapshot, case)
-    view = choose_view(snapshot, case, exposure, measure)
+    view = view or choose_view(snapshot, case, exposure, measure)
     lines = title_lines(case, snapshot.time, exposure)
     with mpl.rc_context(STYLE):
-        figure, axes = _make_axes(view, len(lines), max(len(case.bodies) + 1, 3))
+        figure, axes = _make_axes(view, len(lines), _legend_lines(case))
         # A dollar sign of the user's title begins no formula.
         axes.set_title("\n".join(lines), loc="left", parse_math=False)
         draw_particles(axes, snapshot, case, view)
-        _draw_rear_face(axes, definition)
+        draw_rear_faces(axes, case)
         if exposure is not None:
             _draw_sizes(axes, definition, measure, exposure, view)
-        _add_hidden_count(axes, snapshot, definition, view)
+        _add_count(axes, snapshot, definition, view)
         figure.legend(
             loc="lower left",
             bbox_to_anchor=(axes.get_position().x0 - 0.01, 0.0),
-            ncols=1 if exposure is None else 2,
+            ncols=_COLUMNS if exposure is None else 2,
         )
         save(figure, out)
 
@@ -150,9 +161,12 @@ def _make_axes(view: View, title_lines: int, legend_lines: int) -> tuple[Figure,
     return figure, axes
 
 
-def _draw_rear_face(axes: Axes, definition: CloudDefinition) -> None:
-    if math.isfinite(definition.rear):
-        axes.axvline(definition.rear * 1e3, label="original rear face", **REAR_FACE)
+def _legend_lines(case: Case) -> int:
+    """Return the lines of the legend, as many in all figures of a run."""
+    entries = len(case.bodies) + 1
+    if case.measured is not None and case.measured.exposures:
+        return max(entries, 3)
+    return math.ceil(entries / _COLUMNS)
 
 
 def _draw_sizes(
@@ -256,27 +270,28 @@ def _percent(error: float) -> str:
     return f"{percent:+.{int(abs(percent) < 100.0)}f} %".replace("-", "\u2212")
 
 
-def _add_hidden_count(
+def _add_count(
     axes: Axes, snapshot: Snapshot, definition: CloudDefinition, view: View
 ) -> None:
-    """Say how many particles the limits leave out."""
+    """Say how many particles there are, and how many the limits leave out."""
     a = snapshot.arrays
     hidden = ~view.shows(a["z"] * 1e3, a["r"] * 1e3)
-    debris = in_cloud(a["z"], a["u_z"], definition)
-    of_cloud = np.count_nonzero(hidden & debris)
-    others = np.count_nonzero(hidden) - of_cloud
-    if of_cloud or others:
-        axes.annotate(
-            f"outside this view: {of_cloud} particles of the cloud, {others} others",
-            (1.0, 0.0),
-            (0, -22),
-            xycoords="axes fraction",
-            textcoords="offset points",
-            ha="right",
-            va="top",
-            fontsize=7.5,
-            color="0.3",
-        )
+    n, left_out = len(hidden), np.count_nonzero(hidden)
+    text = f"{grouped(n)} particles, mirrored about the axis"
+    if left_out:
+        of_cloud = np.count_nonzero(hidden & in_cloud(a["z"], a["u_z"], definition))
+        text += f"; {left_out} outside this view, {of_cloud} of them of the cloud"
+    axes.annotate(
+        text,
+        (1.0, 0.0),
+        (0, -22),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        ha="right",
+        va="top",
+        fontsize=7.5,
+        color="0.3",
+    )
 
 
 def _in_mm(length: float | None) -> float | None:

@@ -20,7 +20,16 @@ from mpisph.diagnostics.cloud import (
     cloud_definition,
     in_cloud,
 )
-from mpisph.figures.style import COMPUTED, DPI, STYLE, WIDTH, Out, body_colour, save
+from mpisph.figures.style import (
+    COMPUTED,
+    DPI,
+    STYLE,
+    WIDTH,
+    Out,
+    body_colour,
+    label_log_axis,
+    save,
+)
 from mpisph.figures.view import (
     View,
     choose_view,
@@ -49,6 +58,9 @@ _DARKEST = 0.995
 
 _FEWEST_RAYS = 0.1
 # What so few rays pass is black in any case.
+
+_FILLED = 5
+# Moving particles for each bin of the spray, on average.
 
 _GREY: dict[str, Any] = {"color": "0.4", "linewidth": 0.9}
 _FACTORS: dict[float, dict[str, Any]] = {
@@ -211,7 +223,10 @@ def draw_spray(snapshot: Snapshot, case: Case, out: Out) -> None:
     """
     definition = cloud_definition(case)
     limit = definition.min_velocity
-    spray = measure_spray(snapshot.arrays, limit, direction=definition.direction)
+    a = snapshot.arrays
+    moving = np.hypot(a["u_r"], a["u_z"]) > limit
+    bins = _spray_bins(int(np.count_nonzero(moving)))
+    spray = measure_spray(a, limit, bins, definition.direction)
     lines = title_lines(case, snapshot.time, exposure_at(case, snapshot.time))
     lines.append(
         f"everything faster than {limit / 1e3:.2f} km/s: "
@@ -228,10 +243,26 @@ def draw_spray(snapshot: Snapshot, case: Case, out: Out) -> None:
         _draw_bins(panels[2], spray, spray.momentum_r, names, "radial momentum [N s/°]")
         panels[0].legend()
         axes = panels[-1]
-        axes.set_xlim(0.0, 180.0)
-        axes.set_xticks(range(0, 181, 15))
+        first, last = _occupied(spray)
+        axes.set_xlim(first, last)
+        axes.set_xticks(np.arange(first, last + 1.0, 15.0))
         axes.set_xlabel("angle between velocity and axis [°]: 0 along +z, 180 back")
         save(figure, out)
+
+
+def _spray_bins(particles: int) -> int:
+    """Return how many bins so many moving particles fill without gaps, about."""
+    fine = (bins for bins in (60, 36, 30, 20) if particles >= _FILLED * bins)
+    return next(fine, 12)
+
+
+def _occupied(spray: Spray) -> tuple[float, float]:
+    """Return the range of angles in which something moves, in whole 30 degrees."""
+    filled = np.flatnonzero(spray.mass.sum(axis=0))
+    if not filled.size:
+        return 0.0, 180.0
+    first, last = spray.edges[filled[0]], spray.edges[filled[-1] + 1]
+    return 30.0 * math.floor(first / 30.0), 30.0 * math.ceil(last / 30.0)
 
 
 def _draw_bins(
@@ -288,6 +319,8 @@ def draw_fragments(snapshot: Snapshot, case: Case, out: Out) -> None:
         if len(found[CONTACT].mass):
             left.set_yscale("log")
             right.set(xscale="log", yscale="log")
+            for axis in (left.yaxis, right.xaxis, right.yaxis):
+                label_log_axis(axis)
         else:
             for axes in (left, right):
                 axes.set(xticks=[], yticks=[])

@@ -96,8 +96,17 @@ def history_figures(run: RunHistory) -> list[HistoryFigure]:
         "imbalance": bool(rows["imbalance"].any()),
     }
     figures = [figure for figure in _FIGURES if shown.get(figure.name, True)]
+    if run.case.measured is not None and run.case.measured.exposures:
+        figures = [_with_measured(figure) for figure in figures]
     captioned = [s for s in SERIES if s.caption and rows[s.name].any()]
     return figures + [_series_figure(series) for series in captioned]
+
+
+def _with_measured(figure: HistoryFigure) -> HistoryFigure:
+    """Say in the caption of R_b and L_b how the measured ones are drawn in."""
+    if figure.caption is not _SIZE_CAPTION:
+        return figure
+    return figure._replace(caption=f"{figure.caption} {_MEASURED_CAPTION}")
 
 
 def draw_history(figure: HistoryFigure, run: RunHistory, out: Out) -> None:
@@ -227,8 +236,11 @@ _SHOWN_UNITS = {"kg": (1e3, "g"), "m": (1e3, "mm"), "J": (1e-3, "kJ")}
 
 _SIZE_CAPTION = (
     "Line: outermost particle, at every step. Crosses: within which the given share of "
-    "the cloud's mass lies. Circles: measured, drawn at the nominal exposure time "
-    "(open) and with the clock offset added (filled)."
+    "the cloud's mass lies."
+)
+_MEASURED_CAPTION = (
+    "Circles: measured, drawn at the nominal exposure time (open) and with the clock "
+    "offset added (filled)."
 )
 
 _FIGURES = (

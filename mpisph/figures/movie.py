@@ -3,27 +3,25 @@
 import os
 import shutil
 import subprocess
+import textwrap
 import tomllib
-from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from mpisph.case import Case, case_from_dict
 from mpisph.core.errors import MpisphError
-from mpisph.diagnostics.cloud import cloud_definition
-from mpisph.figures.style import REAR_FACE, STYLE, Out, body_colour, save
+from mpisph.figures.style import STYLE, Out, body_colour, save
 from mpisph.figures.view import (
     View,
     body_dots,
-    choose_view,
+    common_view,
     dot_size,
-    only_finite,
+    draw_rear_faces,
     set_limits,
 )
 from mpisph.io.files import replace_file
@@ -45,10 +43,10 @@ class FrameLayout(NamedTuple):
 
     Attributes
     ----------
-    width : int
-        [pixels].
-    highest : int
-        Largest height of the axes [pixels].
+    widest, highest : int
+        Largest width of the frame and height of its axes [pixels].
+    narrowest : int
+        Smallest width of the frame [pixels].
     margins : tuple of float
         Left, right, bottom and top of the axes [in].
     dpi : int
@@ -57,18 +55,24 @@ class FrameLayout(NamedTuple):
         Whether axes, bodies and time are named on the frame.
     """
 
-    width: int
+    widest: int
     highest: int
+    narrowest: int
     margins: tuple[float, float, float, float]
     dpi: int
     lettered: bool
 
 
-PANEL = FrameLayout(520, 520, (0.31, 0.06, 0.23, 0.06), 200, lettered=False)
+PANEL = FrameLayout(520, 520, 300, (0.31, 0.06, 0.23, 0.06), 200, lettered=False)
 """A small picture among others, which say the same of axes and colours."""
 
-FILM = FrameLayout(1280, 780, (0.6, 0.15, 0.5, 0.3), 160, lettered=True)
+FILM = FrameLayout(1280, 780, 640, (0.6, 0.15, 0.5, 0.12), 160, lettered=True)
 """A frame of a film."""
+
+_LETTER, _LINE = 0.08, 0.18
+# Width of a letter of the title, on the generous side, and height of a line [in].
+
+_TIME_LETTERS = 13
 
 
 def animate(folder: Path, out: Path, fps: float | None = None) -> Path:
@@ -148,7 +152,8 @@ def find_ffmpeg() -> str:
 
 def _encode(paths: list[Path], case: Case, out: Path, program: str, fps: float) -> None:
     """Write the film to `out`."""
-    frame = Frame(case, common_view(paths, case), FILM)
+    view = common_view(paths, case, exposures=False, headroom=1.12)
+    frame = Frame(case, view, FILM)
     # The format by name, for the file's own does not end with it; its table goes to the
     # front, so that a browser can start before it has all.
     options = ["-crf", "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]
@@ -156,41 +161,13 @@ def _encode(paths: list[Path], case: Case, out: Path, program: str, fps: float) 
     writer = FFMpegWriter(fps=fps, codec="libx264", extra_args=options)  # type: ignore
     with mpl.rc_context({**STYLE, "animation.ffmpeg_path": program}):
         try:
-            with writer.saving(frame.figure, str(out), FILM.dpi):
+            # Absolute: ffmpeg takes "-name" for an option, and "name:" for a protocol.
+            with writer.saving(frame.figure, str(out.absolute()), FILM.dpi):
                 for path in paths:
                     frame.show(read_snapshot(path))
                     writer.grab_frame()
         except (BrokenPipeError, subprocess.CalledProcessError) as error:
             raise MpisphError(f"{out}: {program} could not write the film") from error
-
-
-def common_view(paths: Sequence[Path], case: Case) -> View:
-    """Return limits that hold what each snapshot's own figure would show.
-
-    Strays do not set them (see `choose_view`).
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        The snapshots, at least one.
-    case : Case
-
-    Returns
-    -------
-    View
-
-    Raises
-    ------
-    OSError
-        If a snapshot cannot be read.
-    """
-    snapshots = (only_finite(read_snapshot(path)) for path in paths)
-    views = [choose_view(snapshot, case, None) for snapshot in snapshots]
-    return View(
-        min(view.z_low for view in views),
-        max(view.z_high for view in views),
-        max(view.r_high for view in views),
-    )
 
 
 class Frame:
@@ -200,7 +177,7 @@ class Frame:
     ----------
     case : Case
     view : View
-        Widened where the frame would be too high.
+        Widened where the frame would be too narrow.
     layout : FrameLayout
 
     Attributes
@@ -212,7 +189,8 @@ class Frame:
     def __init__(self, case: Case, view: View, layout: FrameLayout) -> None:
         self._case = case
         self._layout = layout
-        self.view, self.figure, box = _fit(view, layout)
+        self._title = _title_lines(case, view, layout)
+        self.view, self.figure, box = _fit(view, layout, len(self._title))
         with mpl.rc_context(STYLE):
             self._axes = self.figure.add_axes(box)
             self._dots = [self._body(k) for k in range(len(case.bodies))]
@@ -250,44 +228,63 @@ class Frame:
         axes = self._axes
         set_limits(axes, self.view)
         axes.locator_params(nbins=8 if self._layout.lettered else 3)
-        rear = cloud_definition(self._case).rear
-        if np.isfinite(rear):
-            axes.axvline(rear * 1e3, zorder=1, **REAR_FACE)
+        if not self._layout.lettered:
+            draw_rear_faces(axes, self._case)
 
     def _letter(self) -> None:
         """Name the case, the axes and the bodies."""
         axes = self._axes
-        title = self._case.title
-        shown = title if len(title) <= 80 else f"{title[:79]}…"
-        axes.set_title(shown, loc="left", parse_math=False)
+        axes.set_title("\n".join(self._title), loc="left", parse_math=False)
         axes.set_xlabel("axial position z [mm]", loc="left")
         axes.set_ylabel("radius r [mm]")
         for index, body in enumerate(self._case.bodies):
             colour = body_colour(index)
             axes.plot([], [], "o", markersize=6.0, color=colour, label=body.name)
+        draw_rear_faces(axes, self._case)
+        handles, names = axes.get_legend_handles_labels()
         self.figure.legend(
+            handles,
+            names,
             loc="lower right",
             bbox_to_anchor=(axes.get_position().x1 + 0.01, 0.0),
-            ncols=min(len(self._case.bodies), 4),
+            ncols=min(len(names), 4),
         )
 
 
+def _axes_width(view: View, layout: FrameLayout) -> float:
+    """Return the width of the axes that fits the view [pixels]."""
+    margin = (layout.margins[0] + layout.margins[1]) * layout.dpi
+    fitting = min(layout.widest - margin, layout.highest / view.aspect)
+    return max(fitting, layout.narrowest - margin)
+
+
+def _title_lines(case: Case, view: View, layout: FrameLayout) -> list[str]:
+    """Return the title in two lines at most, which leave room for the time."""
+    if not layout.lettered:
+        return []
+    letters = int(_axes_width(view, layout) / (_LETTER * layout.dpi)) - _TIME_LETTERS
+    return textwrap.wrap(case.title, letters, max_lines=2, placeholder=" …")
+
+
 def _fit(
-    view: View, layout: FrameLayout
+    view: View, layout: FrameLayout, lines: int
 ) -> tuple[View, Figure, tuple[float, float, float, float]]:
-    """Return the view of the frame's shape, its figure and the place of the axes."""
-    left, right, bottom, top = layout.margins
-    width = layout.width / layout.dpi - left - right
-    most = layout.highest / layout.dpi / width
-    span = max(view.z_high - view.z_low, 2.0 * view.r_high / most)
+    """Return the view of the frame's shape, its figure and the place of the axes.
+
+    Rounding to even pixels is left to the radius, so that both scales are one.
+    """
+    left, right, bottom, top = (margin * layout.dpi for margin in layout.margins)
+    top += lines * _LINE * layout.dpi
+    width = _axes_width(view, layout)
+    height = min(width * view.aspect, layout.highest)
+    columns = 2 * round(0.5 * (left + width + right))
+    rows = 2 * round(0.5 * (bottom + height + top))
+    width, height = columns - left - right, rows - bottom - top
+    span = max(view.z_high - view.z_low, 2.0 * view.r_high * width / height)
     missing = 0.5 * (span - (view.z_high - view.z_low))
-    height = width * 2.0 * view.r_high / span
-    pixels = 2 * round(0.5 * (bottom + height + top) * layout.dpi)
-    size = (layout.width / layout.dpi, pixels / layout.dpi)
-    # Rounding to even pixels is left to the radius, so that both scales are one.
-    height = size[1] - bottom - top
     fitted = View(
         view.z_low - missing, view.z_high + missing, 0.5 * span * height / width
     )
-    box = (left / size[0], bottom / size[1], width / size[0], height / size[1])
+    box = (left / columns, bottom / rows, width / columns, height / rows)
+    size = (columns / layout.dpi, rows / layout.dpi)
     return fitted, Figure(figsize=size, dpi=layout.dpi), box

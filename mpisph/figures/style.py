@@ -4,7 +4,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 from PIL import features
 
 Out = Path | BytesIO
@@ -80,6 +82,21 @@ def save(figure: Figure, out: Out) -> None:
         figure.savefig(out)
     else:
         figure.savefig(out, format=PAGE_FORMAT, pil_kwargs=_LOSSLESS)
+
+
+def label_log_axis(axis: Axis) -> None:
+    """Label a logarithmic axis with plain numbers, few enough to stand apart.
+
+    Parameters
+    ----------
+    axis : Axis
+        With its final limits.
+    """
+    low, high = axis.get_view_interval()
+    axis.set_major_formatter(lambda x, _: f"{x:g}")
+    axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+    short = high < 30.0 * low  # with one decade or two
+    axis.set_minor_formatter((lambda x, _: f"{x:g}") if short else NullFormatter())
 
 
 def body_colour(index: int) -> str:

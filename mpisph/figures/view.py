@@ -2,6 +2,8 @@
 
 import math
 import textwrap
+from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -16,11 +18,13 @@ from mpisph.diagnostics.cloud import (
     CloudDefinition,
     CloudMeasure,
     cloud_definition,
+    impact_direction,
     measure_arrays,
     place_of,
+    target_plate,
 )
-from mpisph.figures.style import WIDTH, body_colour
-from mpisph.io.snapshot import Snapshot
+from mpisph.figures.style import REAR_FACE, WIDTH, body_colour
+from mpisph.io.snapshot import Snapshot, read_snapshot
 
 _MOST_POINTS = 400_000
 # More points than this in a figure of 1400 pixels only cover each other.
@@ -129,6 +133,41 @@ def choose_view(
     return _round_view(min(ends) * 1e3, max(ends) * 1e3, max(sides) * 1e3, headroom)
 
 
+def common_view(
+    paths: Sequence[Path], case: Case, exposures: bool = True, headroom: float = 1.4
+) -> View:
+    """Return limits that hold what each snapshot alone would show (`choose_view`).
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The snapshots, at least one.
+    case : Case
+    exposures : bool, optional
+        Whether to hold as well what was measured at the snapshots' times.
+    headroom : float, optional
+
+    Returns
+    -------
+    View
+
+    Raises
+    ------
+    OSError
+        If a snapshot cannot be read.
+    """
+    views = []
+    for path in paths:
+        snapshot = only_finite(read_snapshot(path))
+        exposure = exposure_at(case, snapshot.time) if exposures else None
+        views.append(choose_view(snapshot, case, exposure, headroom=headroom))
+    return View(
+        min(view.z_low for view in views),
+        max(view.z_high for view in views),
+        max(view.r_high for view in views),
+    )
+
+
 def _without_stray(outermost: float, robust: float) -> float:
     return outermost if outermost <= _NOT_STRAY * robust else robust
 
@@ -168,6 +207,26 @@ def set_limits(axes: Axes, view: View) -> None:
     axes.axhline(0.0, color="0.6", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)), zorder=1)
 
 
+def draw_rear_faces(axes: Axes, case: Case) -> None:
+    """Draw in the original rear face of every plate that stands as the target does.
+
+    Parameters
+    ----------
+    axes : Axes
+        Its legend gets one entry.
+    case : Case
+    """
+    target, direction = target_plate(case), impact_direction(case)
+    faces = [
+        body.rear_face if direction > 0.0 else body.position
+        for body in case.bodies
+        if isinstance(body, Plate) and target and body.velocity == target.velocity
+    ]
+    name = "original rear face" + "s" * (len(faces) > 1)
+    for index, z in enumerate(faces):
+        axes.axvline(z * 1e3, label="_" * (index > 0) + name, zorder=1, **REAR_FACE)
+
+
 def draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> None:
     """Draw every body's particles as dots of the size of the spacing.
 
@@ -195,10 +254,7 @@ def draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> No
             rasterized=True,
             zorder=2,
         )
-        n = np.count_nonzero(snapshot.arrays["body"] == index)
-        count = f"{n:,}".replace(",", "\u2009")
-        label = f"{body.name} ({count} particles)"
-        axes.plot([], [], "o", markersize=6.0, color=colour, label=label)
+        axes.plot([], [], "o", markersize=6.0, color=colour, label=body.name)
 
 
 def body_dots(

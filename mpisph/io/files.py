@@ -125,7 +125,7 @@ def replace_file(part: Path, path: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file aside and rename it, so that no reader sees half of it.
+    """Write a text file, in UTF-8; see `write_bytes`.
 
     Parameters
     ----------
@@ -137,12 +137,28 @@ def write_text(path: Path, text: str) -> None:
     OSError
         If the file cannot be written. What had the name is then unharmed.
     """
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file aside and rename it, so that no reader sees half of it.
+
+    Parameters
+    ----------
+    path : Path
+    content : bytes
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written. What had the name is then unharmed.
+    """
     # Several processes and threads may write one file: none into the part of another.
     who = f"{os.uname().nodename}-{os.getpid()}-{threading.get_ident()}"
     part = path.with_name(f"{path.name}.{who}.part")
     try:
-        with part.open("x", encoding="utf-8") as file:
-            file.write(text)
+        with part.open("xb") as file:
+            file.write(content)
         replace_file(part, path)
     except OSError:
         part.unlink(missing_ok=True)

@@ -2,7 +2,8 @@
 
 Every rank holds a shared lock on the file ``.lock`` as long as it lives; whatever ends
 the process, the system then lets go of it. A run that starts asks for the file alone
-first.
+first. The locks are those of open file descriptions (``man 2 fcntl``): who only looks
+whether the folder is in use can ask about them without taking one.
 
 Some file systems have no locks, or none for those who may only read. So rank 0 also
 touches the file every `BEAT` seconds, from a thread: a step, a checkpoint or compiling
@@ -10,8 +11,10 @@ may take as long as it likes. Where no lock tells, a file that was touched less 
 `SILENCE` ago is in use, and one that is empty is not.
 """
 
+import errno
 import fcntl
 import os
+import struct
 import threading
 import time
 from collections.abc import Callable
@@ -29,9 +32,6 @@ LOCK_FILE = ".lock"
 
 PATIENCE = 3.0
 """How long to wait for the ranks of a run that was just killed to end [s]."""
-
-GLANCE = 0.05
-"""How long to wait for those that only look whether the folder is in use [s]."""
 
 BEAT = 10.0
 """Between two signs of life [s]."""
@@ -113,7 +113,7 @@ class FolderLock:
     def _take(self) -> None:
         """Make sure that nobody is here, and say who is now; call it on rank 0."""
         self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666)
-        free = _locked(self._file, fcntl.LOCK_EX, PATIENCE)
+        free = _locked(self._file, fcntl.F_WRLCK, PATIENCE)
         if free is False or (free is None and not self._is_silent()):
             who = self._path.read_text(errors="replace").strip() or "about to end"
             raise InUseError(f"{self._folder}: another run is at work here, {who}")
@@ -124,7 +124,7 @@ class FolderLock:
             time.sleep(SETTLE)
             if self._path.read_bytes() != self._name:
                 raise InUseError(f"{self._folder}: another run has started here")
-        self._share(self._file)
+        _locked(self._file, fcntl.F_RDLCK)
         self._heart = threading.Thread(
             target=self._beat, args=(self._file,), daemon=True
         )
@@ -161,12 +161,8 @@ class FolderLock:
         """Share the lock, which now keeps others out until the last rank has ended."""
         if self._file is None:
             self._file = os.open(self._path, os.O_RDWR)
-            self._share(self._file)
-
-    def _share(self, file: int) -> None:
-        """Hold the lock together with the other ranks."""
-        if _locked(file, fcntl.LOCK_SH, GLANCE) is False:
-            raise InUseError(f"{self._folder}: another run has started here")
+            if _locked(self._file, fcntl.F_RDLCK) is False:
+                raise InUseError(f"{self._folder}: another run has started here")
 
     def _release(self) -> None:
         if self._heart is not None:
@@ -182,25 +178,21 @@ class FolderLock:
 
 
 def in_use(folder: Path) -> bool:
-    """Say whether a run is at work in a folder."""
+    """Say whether a run is at work in a folder; it takes no lock."""
     path = folder / LOCK_FILE
     try:
-        file = _opened(path)
-        try:
-            free = _locked(file, fcntl.LOCK_EX, GLANCE)
-        finally:
-            os.close(file)
-    except OSError:  # none there, or not ours to read
-        free = None
-    return _is_touched(path) if free is None else not free
-
-
-def _opened(path: Path) -> int:
-    """Open a file to lock it; NFS locks for one alone only what may be written."""
+        file = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    except FileNotFoundError:
+        return False
+    except OSError:  # not ours to read
+        return _is_touched(path)
     try:
-        return os.open(path, os.O_RDWR)
-    except OSError:
-        return os.open(path, os.O_RDONLY)
+        kind, *_ = _FLOCK.unpack(_lock_call(file, "F_OFD_GETLK", fcntl.F_WRLCK))
+    except OSError:  # a file system without locks
+        return _is_touched(path)
+    finally:
+        os.close(file)
+    return bool(kind != fcntl.F_UNLCK)
 
 
 def _is_touched(path: Path) -> bool:
@@ -212,20 +204,29 @@ def _is_touched(path: Path) -> bool:
     return state.st_size > 0 and abs(time.time() - state.st_mtime) < SILENCE
 
 
-def _locked(file: int, kind: int, patience: float) -> bool | None:
-    """Lock an open file and say whether that was possible; None without locks.
-
-    Who asks `in_use` has the file alone for a moment: one refusal says nothing.
-    """
+def _locked(file: int, kind: int, patience: float = 0.0) -> bool | None:
+    """Lock an open file and say whether that was possible; None without locks."""
     end = time.monotonic() + patience
     while True:
         try:
-            fcntl.flock(file, kind | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() > end:
+            _lock_call(file, "F_OFD_SETLK", kind)
+        except (BlockingIOError, PermissionError):  # POSIX allows both
+            if time.monotonic() >= end:
                 return False
             time.sleep(0.005)
-        except OSError:  # a file system that has none, or none for readers
+        except OSError:
             return None
         else:
             return True
+
+
+_FLOCK = struct.Struct("hhqqi4x")
+# The C structure flock: type, whence, start, length, process.
+
+
+def _lock_call(file: int, command: str, kind: int) -> bytes:
+    """Call fcntl with a lock of the whole file and return the structure it fills in."""
+    number = getattr(fcntl, command, None)
+    if number is None:
+        raise OSError(errno.ENOTSUP, "no locks of open file descriptions")
+    return fcntl.fcntl(file, number, _FLOCK.pack(kind, os.SEEK_SET, 0, 0, 0))

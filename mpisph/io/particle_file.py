@@ -37,11 +37,15 @@ _RESERVE = 2**20
 
 
 class Block(NamedTuple):
-    """The particles that one process writes, from row `offset` of `n_total`."""
+    """The particles that one process writes, from row `offset` of `n_total`.
+
+    Only the block of the last process is `last`; it may hold no particle.
+    """
 
     particles: Particles
     offset: int
     n_total: int
+    last: bool
 
 
 class Column(NamedTuple):
@@ -58,6 +62,9 @@ class Column(NamedTuple):
         Its attributes in the file.
     rows : callable
         Returns a block's rows.
+    closed : bool, optional
+        Whether the column has a row more than there are particles, which the last
+        block holds.
     """
 
     name: str
@@ -67,6 +74,7 @@ class Column(NamedTuple):
     unit: str
     meaning: str
     rows: Callable[[Block], npt.NDArray[Any]]
+    closed: bool = False
 
 
 class FileLayout(NamedTuple):
@@ -211,7 +219,8 @@ def _write_parallel(
     comm: MPI.Intracomm, part: Path, mine: Particles, layout: FileLayout
 ) -> None:
     """Write blocks of ids from all ranks at once."""
-    block = Block(mine, comm.scan(mine.n) - mine.n, comm.allreduce(mine.n))
+    offset, last = comm.scan(mine.n) - mine.n, comm.rank == comm.size - 1
+    block = Block(mine, offset, comm.allreduce(mine.n), last)
     transfer = h5py.h5p.create(h5py.h5p.DATASET_XFER)
     transfer.set_dxpl_mpio(h5py.h5fd.MPIO_COLLECTIVE)
 
@@ -236,7 +245,7 @@ def _write_gathered(
 
     def write() -> None:
         assert everything is not None, "on_root calls this on rank 0 only"
-        block = Block(everything, 0, everything.n)
+        block = Block(everything, 0, everything.n, last=True)
         with _opened(part) as file:
             _write_columns(file, block, transfer, layout)
 
@@ -319,15 +328,16 @@ def _write_column(
 ) -> None:
     """Create a dataset and write this process's rows of it."""
     tail = () if column.width == 1 else (column.width,)
+    total = block.n_total + column.closed
     dataset = group.create_dataset(
-        column.name, (block.n_total, *tail), column.dtype, fill_time="never"
+        column.name, (total, *tail), column.dtype, fill_time="never"
     )
     dataset.attrs["symbol"] = column.symbol
     dataset.attrs["unit"] = column.unit
     dataset.attrs["meaning"] = column.meaning
-    if block.n_total == 0:
+    if total == 0:
         return
-    n = block.particles.n
+    n = block.particles.n + (column.closed and block.last)
     in_file = dataset.id.get_space()
     in_memory = h5py.h5s.create_simple((n, *tail))
     if n:

@@ -10,6 +10,7 @@ from typing import Any
 from mpisph.case import Case, case_from_dict, load_case
 from mpisph.case.extension import extended_case
 from mpisph.case.identity import differences
+from mpisph.case.model import INITIAL_FILE
 from mpisph.core.errors import CaseError, MpisphError, Problem, os_error_text
 from mpisph.inputs.toml_file import read_toml
 from mpisph.io.checkpoint import (
@@ -69,6 +70,10 @@ def known_case(folder: Path) -> tuple[Case, str]:
         checkpoint, state = found
         with suppress(CaseError, KeyError, TypeError, ValueError):
             case = case_from_dict(tomllib.loads(state["case"]))
+            if case.initial is not None:
+                place = {"file": str((folder / INITIAL_FILE).absolute())}
+                initial = case.initial.model_copy(update=place)
+                case = case.model_copy(update={"initial": initial})
             return case, f"{text}; the case is taken from {checkpoint.name}"
     return case_in(folder), ""
 
@@ -224,7 +229,14 @@ def remove_run(folder: Path) -> None:
 
 def remove_parts(folder: Path) -> None:
     """Remove what was left of files when a run was killed."""
-    names = (CASE_FILE, HISTORY_FILE, RESULT_FILE, SERIES_FILE, STATUS_FILE)
+    names = (
+        CASE_FILE,
+        INITIAL_FILE,
+        HISTORY_FILE,
+        RESULT_FILE,
+        SERIES_FILE,
+        STATUS_FILE,
+    )
     parts = [
         *(path for name in names for path in folder.glob(f"{name}.*.part")),
         *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*.part"),

@@ -1,6 +1,6 @@
 """Snapshots: one VTKHDF file per saved time, the same for any number of ranks.
 
-A snapshot is a VTKHDF PolyData with one vertex per particle, in id order, in
+A snapshot is a VTKHDF PolyData with one vertex cell for each particle, in id order, in
 one partition whatever the number of ranks. Its points are ``(z, r, 0)``, so
 that ParaView's default view shows the axis of symmetry horizontally; their
 single precision is for display, and the exact ``z`` and ``r`` are point data.
@@ -179,7 +179,8 @@ def snapshot_time(path: Path) -> float:
     check_regular(path)
     with h5py.File(path, "r") as file:
         try:
-            rows = {file["VTKHDF"][column.name].shape[0] for column in _COLUMNS}
+            group = file["VTKHDF"]
+            rows = {group[c.name].shape[0] - c.closed for c in _COLUMNS}
             time = float(file["mpisph"].attrs["time"])
         except (
             KeyError, TypeError, AttributeError, IndexError, RuntimeError
@@ -262,18 +263,18 @@ def _write_rest(header: _Header, file: h5py.File, n: int) -> None:
 
 
 def _create_cells(vtk: h5py.Group, n: int) -> None:
-    """Describe one cell, a poly-vertex of all points.
+    """Describe the cells: one vertex for each point, so that they can be selected.
 
-    VTK's reader wants the three other kinds of cells too, even if empty. The
-    connectivity of the vertices has a row per particle: it is a column.
+    VTK's reader wants the three other kinds of cells too, even if empty. Offsets and
+    connectivity of the vertices have a row per particle: they are columns.
     """
     for kind in ("Vertices", "Lines", "Polygons", "Strips"):
-        cells = int(kind == "Vertices")
+        cells = n if kind == "Vertices" else 0
         group = vtk.create_group(kind)
         group["NumberOfCells"] = np.array([cells], np.int64)
-        group["NumberOfConnectivityIds"] = np.array([cells * n], np.int64)
-        group["Offsets"] = np.array([0, n][: cells + 1], np.int64)
-        if not cells:
+        group["NumberOfConnectivityIds"] = np.array([cells], np.int64)
+        if kind != "Vertices":
+            group["Offsets"] = np.zeros(1, np.int64)
             group.create_dataset("Connectivity", (0,), np.int64)
 
 
@@ -335,7 +336,19 @@ _COLUMNS = (
         1,
         "i",
         "1",
-        "points of the one poly-vertex",
+        "point of each vertex",
         lambda block: np.arange(block.offset, block.offset + block.particles.n),
+    ),
+    Column(
+        "Vertices/Offsets",
+        "i8",
+        1,
+        "i",
+        "1",
+        "first row of each vertex in Connectivity, and their end",
+        lambda block: np.arange(
+            block.offset, block.offset + block.particles.n + block.last
+        ),
+        closed=True,
     ),
 )

@@ -9,11 +9,12 @@ from typing import NamedTuple
 from mpisph.case import Case
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
+from mpisph.core.words import counted, grouped
 from mpisph.figures.cloud import draw_cloud
 from mpisph.figures.history import RunHistory, draw_history, history_figures
-from mpisph.figures.movie import PANEL, Frame, common_view
+from mpisph.figures.movie import PANEL, Frame
 from mpisph.figures.style import body_colour
-from mpisph.figures.view import only_finite
+from mpisph.figures.view import View, common_view, only_finite
 from mpisph.io.files import write_text
 from mpisph.io.snapshot import read_snapshot
 from mpisph.io.stored_run import StoredRun, read_run
@@ -24,8 +25,8 @@ from mpisph.report.run_tables import (
     cloud_table,
     comparison_table,
     conservation_table,
-    count,
     materials_table,
+    program_text,
     provenance_table,
     runs_table,
     setup_table,
@@ -103,7 +104,10 @@ class RunView(NamedTuple):
     analysis : list of Debris
     costs : list of Table
         Conservation and time; none of a run that has not ended.
+    program : str
+        Version, revision and ranks.
     provenance : Table
+        All versions.
     case_text : str
         The case file.
     """
@@ -126,6 +130,7 @@ class RunView(NamedTuple):
     history: list[Figure]
     analysis: list[Debris]
     costs: list[Table]
+    program: str
     provenance: Table
     case_text: str
 
@@ -194,8 +199,8 @@ def write_report(
 def _page_title(varied: Sequence[StudyView], views: Sequence[RunView]) -> str:
     """Return how many studies and runs a page shows."""
     studies = "1 study" if len(varied) == 1 else f"{len(varied)} studies"
-    runs = "1 run" if len(views) == 1 else f"{len(views)} runs"
-    return f"{' and '.join([studies] * bool(varied) + [runs] * bool(views))} of mpisph"
+    kinds = [studies] * bool(varied) + [counted(len(views), "run")] * bool(views)
+    return f"{' and '.join(kinds)} of mpisph"
 
 
 def _names(folders: Sequence[Path]) -> list[str]:
@@ -210,7 +215,9 @@ def _names(folders: Sequence[Path]) -> list[str]:
 def _run_view(run: StoredRun, place: str) -> RunView:
     """Return what the page shows of a run."""
     shown = _large(run)
-    panels, panels_text = _panels(run, {item.path for item in shown})
+    paths = [path for path, _ in run.snapshots]
+    view = common_view(paths, run.case) if paths else None
+    panels, panels_text = _panels(run, {item.path for item in shown}, view)
     ended = run.result is not None
     exposed = any(item.exposure is not None for item in shown)
     return RunView(
@@ -225,7 +232,7 @@ def _run_view(run: StoredRun, place: str) -> RunView:
         setup=[setup_table(run), materials_table(run.case)],
         cloud=cloud_table(run) if run.comparisons else None,
         pictures_title=_EXPOSED if exposed else "Particles",
-        pictures=_pictures(run.case, shown),
+        pictures=_pictures(run.case, shown, view),
         panels=panels,
         panels_text=panels_text,
         colours=[
@@ -235,13 +242,14 @@ def _run_view(run: StoredRun, place: str) -> RunView:
         history=_history(run),
         analysis=_analysis(run.case, shown),
         costs=[conservation_table(run), timing_table(run)] if ended else [],
+        program=program_text(run),
         provenance=provenance_table(run),
         case_text=run.case_text,
     )
 
 
 def _large(run: StoredRun) -> list[_Shown]:
-    """Return the snapshots at the measured exposures, or else the last."""
+    """Return the snapshots at the exposures, or else one halfway and the last."""
     measured = run.case.measured
     shown = []
     if measured is not None:
@@ -256,17 +264,20 @@ def _large(run: StoredRun) -> list[_Shown]:
                     if same_time(time, exposure.time + shift)
                 ]
     if not shown:
-        shown = [
-            _Shown(p, t, None, f"Last snapshot, {us(t)}") for p, t in run.snapshots[-1:]
-        ]
-    return shown
+        chosen = [*run.snapshots[len(run.snapshots) // 2 : -1][:1], *run.snapshots[-1:]]
+        shown = [_Shown(path, time, None, "") for path, time in chosen]
+    return [item._replace(title=item.title + _after(item)) for item in shown]
 
 
-def _pictures(case: Case, shown: list[_Shown]) -> list[list[Figure]]:
-    """Return large pictures, those of an exposure in one row."""
+def _after(item: _Shown) -> str:
+    return f"{': ' if item.title else ''}{us(item.time)} after first contact"
+
+
+def _pictures(case: Case, shown: list[_Shown], view: View | None) -> list[list[Figure]]:
+    """Return large pictures in one view, those of an exposure in one row."""
     rows: list[list[Figure]] = []
     for index, item in enumerate(shown):
-        draw = partial(draw_cloud, item.path, case, exposure=item.exposure)
+        draw = partial(draw_cloud, item.path, case, exposure=item.exposure, view=view)
         figure = Figure(item.title, embed(draw))
         if index and shown[index - 1].exposure is item.exposure:
             rows[-1].append(figure)
@@ -275,14 +286,16 @@ def _pictures(case: Case, shown: list[_Shown]) -> list[list[Figure]]:
     return rows
 
 
-def _panels(run: StoredRun, large: set[Path]) -> tuple[list[Figure], str]:
+def _panels(
+    run: StoredRun, large: set[Path], view: View | None
+) -> tuple[list[Figure], str]:
     """Return small pictures of the other snapshots, and how to read them."""
     others = [(path, time) for path, time in run.snapshots if path not in large]
     every = math.ceil(len(others) / MOST_PANELS)
     chosen = others[:: max(every, 1)]
-    if not chosen:
+    if not chosen or view is None:
         return [], ""
-    frame = Frame(run.case, common_view([path for path, _ in chosen], run.case), PANEL)
+    frame = Frame(run.case, view, PANEL)
     figures = []
     for path, time in chosen:
         frame.show(read_snapshot(path))
@@ -290,7 +303,7 @@ def _panels(run: StoredRun, large: set[Path]) -> tuple[list[Figure], str]:
     left_out = f"; {len(chosen)} of {len(others)} are shown" if every > 1 else ""
     text = (
         "All in one scale, axial position to the right and radius upwards, in mm"
-        f"{left_out}. Grey line: the plate's original rear face."
+        f"{left_out}. Grey lines: original rear faces of plates."
     )
     return figures, text
 
@@ -314,8 +327,7 @@ def _analysis(case: Case, shown: list[_Shown]) -> list[Debris]:
             Figure(a.title, embed(partial(a.draw, snapshot, case)), a.caption)
             for a in ANALYSES
         ]
-        title = f"{item.title}: {us(item.time)} after first contact"
-        found.append(Debris(title, figures, analysis_tables(snapshot, case)))
+        found.append(Debris(item.title, figures, analysis_tables(snapshot, case)))
     return found
 
 
@@ -331,14 +343,13 @@ def _verdict(run: StoredRun) -> str:
     npr = "" if resolution.npr is None else f"NPR {resolution.npr}, "
     size = f"{npr}NPH {resolution.nph:g}"
     if run.particles is not None:
-        size = f"{count(run.particles)} particles ({size})"
+        size = f"{grouped(run.particles)} particles ({size})"
     if result is None:
-        step, end = count(run.status.step), us(run.case.end_time)
+        step, end = grouped(run.status.step), us(run.case.end_time)
         reached = f"step {step}, {us(run.status.time)} of {end}."
     else:
-        ranks = "1 rank" if result.timing.ranks == 1 else f"{result.timing.ranks} ranks"
-        wall = f"{result.timing.wall:.1f} s on {ranks}"
-        reached = f"{count(result.step)} steps to {us(result.time)} in {wall}."
+        wall = f"{result.timing.wall:.1f} s on {counted(result.timing.ranks, 'rank')}"
+        reached = f"{grouped(result.step)} steps to {us(result.time)} in {wall}."
     return " ".join([f"{size}, {reached}", *_nearness(run)])
 
 
@@ -379,7 +390,7 @@ def _trouble(run: StoredRun) -> Iterator[Notice]:
             who = "" if result.particle is None else f", particle {result.particle}"
             yield Notice(
                 "bad",
-                f"Unstable ({result.reason}) at step {count(result.step)}, "
+                f"Unstable ({result.reason}) at step {grouped(result.step)}, "
                 f"{us(result.time)}{who}: {result.detail}. What the page shows is what "
                 "was computed until then.",
             )

@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Sequence
+from datetime import datetime
 
 from mpisph.case import Case
 from mpisph.case.sections import Exposure, TimeStepping
 from mpisph.case.shapes.shape import millimetres
+from mpisph.core.words import counted, grouped
 from mpisph.diagnostics.cloud import CloudFigure
 from mpisph.io.result import Comparison
 from mpisph.io.stored_run import StoredRun
@@ -27,17 +29,19 @@ _SMOOTHING = {
     "fixed": "fixed",
 }
 
+_KIND_NAMES = {
+    "eos": "equation of state",
+    "strength": "strength",
+    "failure": "failure",
+}
+assert _KIND_NAMES.keys() == KINDS.keys()
+
 _PHASES = {"output": "snapshots and checkpoints"}
-
-
-def count(n: int) -> str:
-    """Return an integer with its digits in groups of three."""
-    return f"{n:,}".replace(",", "\u2009")
 
 
 def particle_count(run: StoredRun) -> str:
     """Return the number of particles; a dash where it is not known."""
-    return NONE if run.particles is None else count(run.particles)
+    return NONE if run.particles is None else grouped(run.particles)
 
 
 def signed(percent: float | None) -> str:
@@ -79,18 +83,16 @@ def bodies_table(case: Case) -> Table:
 
 
 def materials_table(case: Case) -> Table:
-    """Return the models of the materials and their constants."""
-    rows: list[Row] = []
-    for models in case.material_table:
-        material = case.materials[models.material]
-        chosen = (_model(models, kind) for kind in KINDS)
-        density = f"{material.rho0:g}"
-        what = material.description or NONE
-        rows.append((models.material, what, density, *chosen))
-    heads = (
-        "material", "what it is", "ρ₀ [kg/m³]", "equation of state", "strength",
-        "failure",
-    )  # fmt: skip
+    """Return the models of the materials and their constants, a column each."""
+    used = case.material_table
+    materials = [case.materials[models.material] for models in used]
+    rows: list[Row] = [
+        ("what it is", *(material.description or NONE for material in materials)),
+        ("density ρ₀", *(f"{material.rho0:g} kg/m³" for material in materials)),
+    ]
+    for kind, name in _KIND_NAMES.items():
+        rows.append((name, *(_model(models, kind) for models in used)))
+    heads = ("", *(models.material for models in used))
     return Table("Materials", heads, rows, "Sources are given in the case file below.")
 
 
@@ -113,8 +115,8 @@ def _number(value: float | str, unit: str) -> str:
     if unit in {"Pa", "J/kg"}:
         for factor, prefix in ((1e9, "G"), (1e6, "M")):
             if factor <= abs(value) < math.inf:
-                return f"{value / factor:g} {prefix}{unit}"
-    return f"{value:g} {unit}".rstrip()
+                return f"{value / factor:g}\u00a0{prefix}{unit}"
+    return f"{value:g}\u00a0{unit}" if unit else f"{value:g}"
 
 
 def setup_table(run: StoredRun) -> Table:
@@ -244,14 +246,23 @@ def timing_table(run: StoredRun) -> Table:
         rest = t.wall - known
         rows.append(("everything else", f"{rest:.2f}", f"{100 * rest / t.wall:.0f} %"))
     rows.append(("whole run", f"{t.wall:.2f}", "100 %"))
-    ranks = (
-        "1 rank" if t.ranks == 1 else f"{t.ranks} ranks, of which the slowest counts"
-    )
+    slowest = ", of which the slowest counts" * (t.ranks > 1)
     caption = (
-        f"{count(t.steps)} steps on {ranks}; {t.step_ms:.3g} ms a step, "
-        f"{t.interaction_ns:.3g} ns a directed interaction."
+        f"{grouped(t.steps)} steps on {counted(t.ranks, 'rank')}{slowest}; "
+        f"{t.step_ms:.3g} ms a step, {t.interaction_ns:.3g} ns a directed interaction."
     )
     return Table("Time", ("phase", "s", "share"), rows, caption, numbers=True)
+
+
+def program_text(run: StoredRun) -> str:
+    """Return with what, on how many ranks, in how many starts and when a run ran."""
+    made, status = run.provenance, run.status
+    version = f"mpisph {made.get('mpisph', '')}".strip()
+    if made.get("revision"):
+        version += f", revision {made['revision'][:12]}"
+    starts = f" in {status.starts} starts" * (status.starts > 1)
+    ended = f"{datetime.fromisoformat(status.updated):%d %B %Y, %H:%M %Z}"
+    return f"{version}, on {counted(status.ranks, 'rank')}{starts}, {ended}"
 
 
 def provenance_table(run: StoredRun) -> Table:
@@ -297,7 +308,7 @@ def _run_row(run: StoredRun, place: str) -> Row:
         str(case.resolution.npr or NONE),
         f"{case.resolution.nph:g}",
         f"{viscosity.alpha:g}, {viscosity.beta:g}",
-        count(result.step if result else run.status.step),
+        grouped(result.step if result else run.status.step),
         us(result.time if result else run.status.time),
         small(result.conservation.energy_error_max) if result else NONE,
         f"{result.timing.wall:.1f}" if result else NONE,

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from mpisph.core.words import counted, grouped
 from mpisph.report.page import NONE, Link, Table
-from mpisph.report.run_tables import count, mm, small
+from mpisph.report.run_tables import mm, small
 from mpisph.study.model import Parameter, Study, Value
 from mpisph.study.paper.ranges import TOTALS, RangeClock
 from mpisph.study.plots.axes import Clock, axis_of, exposures, size_column
@@ -228,7 +229,7 @@ def _case_row(
     if ended:
         steps = row.get("steps")
         cells.append(_energy(row.get("energy_error")))
-        cells.append(NONE if steps is None else count(steps))
+        cells.append(NONE if steps is None else grouped(steps))
     return tuple(cells)
 
 
@@ -340,13 +341,13 @@ def trouble_tables(study: Study, rows: Sequence[Row]) -> list[Table]:
     tables = []
     for (status, reason), found in ranked:
         because = f" ({reason})" if reason else ""
-        cases = "1 case" if len(found) == 1 else f"{len(found)} cases"
+        cases = counted(len(found), "case")
         lines: list[Cells] = [
             (
                 str(row["case"]),
                 settings_text(study, row),
                 row["run"],
-                NONE if row.get("steps") is None else count(row["steps"]),
+                NONE if row.get("steps") is None else grouped(row["steps"]),
                 number(row.get("time_us"), ".2f"),
             )
             for row in found
@@ -377,7 +378,7 @@ def provenance_table(rows: Sequence[Row], files: dict[str, str]) -> Table:
             wall[row["run"]] = row["wall_s"]
     lines: list[Cells] = list(files.items())
     programs = [
-        f"{name} ({len(runs)} {'run' if len(runs) == 1 else 'runs'})"
+        f"{name} ({counted(len(runs), 'run')})"
         for name, runs in sorted(made.items(), key=lambda item: -len(item[1]))
     ]
     if programs:

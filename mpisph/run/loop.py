@@ -99,7 +99,8 @@ def _check_step(sim: Simulation, found: Reduction, dt: float) -> None:
     if dt < ratio * sim.first_dt:
         where = describe_particle(sim, found.limited_by)
         text = (
-            f"the step has fallen to {dt:.3g} s, below {ratio:g} of the first: {where}"
+            f"the step has fallen to {1e9 * dt:.3g} ns, below {ratio:g} of the first: "
+            f"{where}"
         )
         raise UnstableError("step_collapse", sim.step, sim.time, found.limited_by, text)
 
@@ -111,9 +112,10 @@ def describe_particle(sim: Simulation, who: int) -> str:
     for i in (p.id == who).nonzero()[0]:
         body = sim.case.bodies[int(p.body[i])].name
         mine = (
-            f"particle {who} of {body} at r = {p.r[i]:.4g} m, z = {p.z[i]:.4g} m, "
-            f"u = ({p.u_r[i]:.4g}, {p.u_z[i]:.4g}) m/s, rho = {p.rho[i]:.4g} kg/m3, "
-            f"E = {p.E[i]:.4g} J/kg, h = {p.h[i]:.4g} m"
+            f"particle {who} of {body} at r = {1e3 * p.r[i]:.4g} mm, "
+            f"z = {1e3 * p.z[i]:.4g} mm, with u_r = {1e-3 * p.u_r[i]:.4g} km/s, "
+            f"u_z = {1e-3 * p.u_z[i]:.4g} km/s, density {p.rho[i]:.4g} kg/m³, "
+            f"internal energy {1e-6 * p.E[i]:.4g} MJ/kg, h = {1e3 * p.h[i]:.4g} mm"
         )
     found = [text for text in sim.comm.allgather(mine) if text is not None]
     return found[0] if found else f"particle {who}"

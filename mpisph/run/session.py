@@ -7,23 +7,30 @@ from the checkpoint at its end.
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
+from os import PathLike
 from pathlib import Path
 
+import numpy.typing as npt
 from mpi4py import MPI
 from rich.console import Console
 
 from mpisph.case import Case, load_case
+from mpisph.case.discretise import InitialParticles
 from mpisph.case.extension import extended_case
 from mpisph.case.identity import differences
+from mpisph.case.initial import complete_particles, read_initial, with_particles
+from mpisph.case.model import INITIAL_FILE
 from mpisph.core.console import open_console
 from mpisph.core.errors import CollectiveError, MpisphError, UnstableError
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
+from mpisph.core.words import counted
 from mpisph.io.checkpoint import find_checkpoints, keep_last_checkpoint
 from mpisph.io.files import write_text
 from mpisph.io.history import History
+from mpisph.io.initial_file import write_initial
 from mpisph.io.lock import FolderLock
 from mpisph.io.provenance import git_revision, versions
 from mpisph.io.result import RESULT_FILE, Ending, Result, read_result, write_result
@@ -55,9 +62,10 @@ from mpisph.solver.warmup import warm_up
 def run(
     case: Case,
     comm: MPI.Intracomm,
-    folder: Path,
+    folder: str | PathLike[str],
     console: Console | None = None,
     *,
+    particles: Mapping[str, npt.ArrayLike] | None = None,
     force: bool = False,
     signals: SignalHandler | None = None,
 ) -> Result:
@@ -68,11 +76,15 @@ def run(
     case : Case
     comm : MPI.Intracomm
         The run is collective over it; any number of ranks gives the same bits.
-    folder : Path
+    folder : path
         Made where missing. A run in it that was stopped or killed is continued; one
         that has ended is left as it is.
     console : rich.console.Console, optional
         For progress; by default the standard error.
+    particles : mapping of str to array_like, shape (n,), optional
+        Particles to start from, instead of those that fill the bodies, as arrays by
+        field: see `case.initial.complete_particles`. Those of rank 0 count; other
+        ranks may give the same or None. They are kept in ``initial.h5``.
     force : bool, optional
         Whether to start over, and remove the files of the run in the folder.
     signals : SignalHandler, optional
@@ -88,8 +100,8 @@ def run(
     Raises
     ------
     CaseError
-        On all ranks, if the folder holds a run of another case, or if the particles
-        would not fit into the nodes' memory.
+        On all ranks, if the folder holds a run of another case, if the particles would
+        not fit into the nodes' memory, or if those given are not sound.
     InUseError
         On all ranks, if another run is at work in the folder.
     MpisphError
@@ -98,8 +110,11 @@ def run(
         On all ranks, if a file cannot be written; on rank 0 alone, if it is the history
         or the log: started with ``python -m mpi4py``, a program then ends on all ranks.
     """
+    folder = Path(folder)
     on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
     session = _Session(comm, folder, console, signals)
+    if comm.bcast(particles is not None):
+        case = from_root(comm, lambda: session.take(case, particles or {}))
     with FolderLock(comm, folder, session.say):
         if force:
             return session.start_run(case)
@@ -111,7 +126,7 @@ def run(
 
 def resume(
     comm: MPI.Intracomm,
-    folder: Path,
+    folder: str | PathLike[str],
     console: Console | None = None,
     *,
     overrides: Sequence[str] = (),
@@ -140,6 +155,7 @@ def resume(
         See `run`; also where the folder holds no run, or one without a checkpoint to
         extend it from. What is there is then left as it is.
     """
+    folder = Path(folder)
     session = _Session(comm, folder, console, signals)
     if from_root(comm, lambda: known_status(folder)) is None:
         raise MpisphError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
@@ -170,6 +186,7 @@ class _Session:
         self.folder = folder
         self.console = console or open_console(stderr=True)
         self.signals = signals or SignalHandler()
+        self.particles: InitialParticles | None = None
 
     def say(self, text: str) -> None:
         """Print a line, once for all ranks."""
@@ -183,6 +200,24 @@ class _Session:
             self.say(note)
             self._write_case(case)
         return case
+
+    def take(self, case: Case, given: Mapping[str, npt.ArrayLike]) -> Case:
+        """Return a case with particles to start from, and keep these; on rank 0."""
+        self.particles = complete_particles(case, given, "particles")
+        return with_particles(case, self.particles, self.folder / INITIAL_FILE)
+
+    def _begin(self, case: Case) -> Simulation:
+        """Start from the beginning; particles of its own are kept beside the case."""
+        on_root(self.comm, lambda: self._keep_initial(case))
+        return start(case, self.comm)
+
+    def _keep_initial(self, case: Case) -> None:
+        """Write or remove the copy of the particles to start from; on rank 0."""
+        path = self.folder / INITIAL_FILE
+        if case.initial is None:
+            path.unlink(missing_ok=True)
+        elif self.particles is not None or not _is_same(path, Path(case.initial.file)):
+            write_initial(self.folder, self.particles or read_initial(case))
 
     def start_run(self, case: Case) -> Result:
         """Make a run from its beginning."""
@@ -259,7 +294,8 @@ class _Session:
         """
         with ExitStack() as stack:
             log = stack.enter_context(RunLog(self.folder, self.comm))
-            log.say(f"{case.title}\n{self.comm.size} ranks, code cache {CACHE_FOLDER}")
+            ranks = counted(self.comm.size, "rank")
+            log.say(f"{case.title}\n{ranks}, code cache {CACHE_FOLDER}")
             if not has_ended:
                 self._write_case(case)
             self._compile(log)
@@ -275,7 +311,7 @@ class _Session:
                 self.say(
                     f"{self.folder}: no sound checkpoint; starting from the beginning"
                 )
-            sim = loaded.sim if loaded else start(case, self.comm)
+            sim = loaded.sim if loaded else self._begin(case)
             log.say(f"{sim.n_total} particles, step {sim.step}")
             status.write("running", sim.step, sim.time)
             if has_ended:
@@ -378,6 +414,10 @@ def _lost_ending(folder: Path, case: Case, before: Status) -> str:
         path = snapshot_path(folder, len(case.output_times))
         return f"{path}: missing or damaged"
     return ""
+
+
+def _is_same(path: Path, other: Path) -> bool:
+    return path.exists() and other.exists() and path.samefile(other)
 
 
 def _read_result(folder: Path) -> Result:

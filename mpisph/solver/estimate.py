@@ -11,6 +11,7 @@ from mpisph.case.partial_case import spacing_key
 from mpisph.core.errors import CaseError, Problem
 from mpisph.core.memory import total_memory
 from mpisph.core.particles import INTEGRATED, LABELS, VALUES
+from mpisph.core.words import counted
 from mpisph.parallel.collectives import raise_together
 from mpisph.sph.pair_records import RECORD_FIELDS
 from mpisph.sph.sources import EXCHANGED
@@ -58,8 +59,8 @@ class Estimate(NamedTuple):
             f"particles  about {self.particles}\n"
             f"neighbours about {self.neighbours:.0f} each\n"
             f"steps      about {self.steps}\n"
-            f"memory     about {self.memory / 2**30:.2f} GiB on {self.ranks} "
-            f"rank{'s' if self.ranks > 1 else ''}"
+            f"memory     about {self.memory / 2**30:.2f} GiB on "
+            f"{counted(self.ranks, 'rank')}"
         )
 
 
@@ -76,7 +77,8 @@ def estimate(case: Case, ranks: int) -> Estimate:
     -------
     Estimate
     """
-    n = particle_count(case.bodies, case.spacing)
+    own = case.initial
+    n = particle_count(case.bodies, case.spacing) if own is None else own.count
     neighbours = math.pi * (case.scheme.kappa * case.resolution.nph) ** 2
     return Estimate(
         particles=n,

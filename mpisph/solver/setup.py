@@ -65,7 +65,13 @@ def make_simulation(
 
 def initial_scales(case: Case, comm: MPI.Intracomm, share: InitialParticles) -> Scales:
     """Return the magnitudes of a run, from a share of its particles on each rank."""
-    largest = np.array([np.abs(share.u_z).max(initial=0.0), share.m.max(initial=0.0)])
+    speeds = [share.u_z]
+    if share.u_r is not None:
+        speeds.append(share.u_r)
+    if share.E is not None:
+        speeds.append(np.sqrt(2.0 * np.abs(share.E)))
+    fastest = max(np.abs(speed).max(initial=0.0) for speed in speeds)
+    largest = np.array([fastest, share.m.max(initial=0.0)])
     comm.Allreduce(MPI.IN_PLACE, largest, MPI.MAX)
     fastest, mass = largest.tolist()
     slow = 0.01 * max(entry.bulk_sound_speed for entry in case.material_table)

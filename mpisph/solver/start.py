@@ -7,9 +7,11 @@ from mpi4py import MPI
 
 from mpisph.case import Case
 from mpisph.case.discretise import InitialParticles, discretise, initial_count
+from mpisph.case.initial import read_initial
 from mpisph.core.memory import keep_freed_memory
-from mpisph.core.particles import Particles
+from mpisph.core.particles import INITIAL, Particles
 from mpisph.diagnostics.series import Scales
+from mpisph.parallel.collectives import on_root
 from mpisph.parallel.cost_model import fastest_cut
 from mpisph.parallel.decomposition import Cut, owners, part_work
 from mpisph.parallel.halo import reach
@@ -30,9 +32,10 @@ NO_STEP = StepRule(fixed=True, longest=0.0, courant=0.0)
 
 
 def start(case: Case, comm: MPI.Intracomm) -> Simulation:
-    """Fill the bodies, share the particles out and evaluate the first rates.
+    """Make the first particles, share them out and evaluate the first rates.
 
-    Each rank makes as many of the particles as it will own.
+    Each rank fills as much of the bodies as it will own. Where the case starts from
+    particles of its own, rank 0 reads and checks them.
 
     Parameters
     ----------
@@ -43,8 +46,25 @@ def start(case: Case, comm: MPI.Intracomm) -> Simulation:
     -------
     Simulation
         At time zero.
+
+    Raises
+    ------
+    CaseError
+        On all ranks, if the case's own particles cannot be read or are not sound.
     """
-    return start_from(case, comm, discretise(case, *id_block(case, comm)), 0.0)
+    if case.initial is None:
+        share = discretise(case, *id_block(case, comm))
+    else:
+        share = _own_share(case, comm)
+    return start_from(case, comm, share, 0.0)
+
+
+def _own_share(case: Case, comm: MPI.Intracomm) -> InitialParticles:
+    """Return all of the case's own particles on rank 0, none on the others."""
+    nothing = Particles.zeros(0)
+    shares = [InitialParticles.of({n: getattr(nothing, n) for n in INITIAL})]
+    on_root(comm, lambda: shares.append(read_initial(case)))
+    return shares[-1]
 
 
 def start_from(
@@ -153,7 +173,6 @@ def _share_out(comm: MPI.Intracomm, share: InitialParticles, cut: Cut) -> Partic
 def _particles(share: InitialParticles, piece: slice) -> Particles:
     ids = share.id[piece]
     p = Particles.zeros(ids.size)
-    for name, values in share._asdict().items():
-        if values is not None:
-            getattr(p, name)[:] = values[piece]
+    for name, values in share.fields().items():
+        getattr(p, name)[:] = values[piece]
     return p

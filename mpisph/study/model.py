@@ -14,6 +14,7 @@ from mpisph.case import Case, CaseSource
 from mpisph.case.identity import case_key
 from mpisph.core.errors import CaseError, Problem
 from mpisph.inputs.findings import Origins, integer_problems
+from mpisph.inputs.folder_name import folder_name
 from mpisph.inputs.quantities import (
     Description,
     FrozenModel,
@@ -299,8 +300,8 @@ class Study(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name of the study: that of its file without the ending."""
-        return self.path.stem
+        """Name of the study, and of its folder."""
+        return folder_name(self.path)
 
     def times(self, chosen: Sequence[float] = ()) -> list[float]:
         """Return the nominal times of the exposures of all cases [s], in order.
@@ -337,9 +338,10 @@ def load_study(path: Path) -> Study:
     Raises
     ------
     CaseError
-        With every mistake of the file; or, if the file is sound, with those of the
-        cases that it makes, each once.
+        If no folder may have the study's name; with every mistake of the file; or, if
+        the file is sound, with those of the cases that it makes, each once.
     """
+    folder_name(path)
     file = _read_file(path)
     cases: list[StudyCase] = []
     problems: dict[str, Problem] = {}

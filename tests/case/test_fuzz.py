@@ -108,9 +108,8 @@ def check_particles(case):
             inner, _ = body.section.radii(np.linspace(*body.section.ends, 101))
             rims = 2.0 + 4.0 * (inner.max() + body.section.widest) / case.spacing
         assert abs(int(count) - promised) <= rims
-    for name, values in p._asdict().items():
-        if values is not None:
-            assert np.isfinite(values).all(), name
+    for name, values in p.fields().items():
+        assert np.isfinite(values).all(), name
     assert min(p.r.min(), p.m.min(), p.rho.min(), p.h.min()) > 0.0
 
 

@@ -1,6 +1,7 @@
 """mpisph run, resume and status."""
 
 import json
+import re
 
 import pytest
 from launch import CASES, MPISPH, call, launch
@@ -85,6 +86,8 @@ def test_unstable_run_exits_with_code_3_and_keeps_what_it_wrote(tmp_path):
     assert result["status"] == "unstable"
     assert result["reason"] in {"energy_drift", "density", "step_collapse"}
     assert result["detail"] in done.stderr
+    assert re.search(r" mm, .* km/s|total energy changed", result["detail"])
+    assert " m/s" not in result["detail"]
     assert 0 < result["step"] < 7
     kept = [p for p, _ in read_series(tmp_path)]
     assert read_snapshot(kept[0]).time == 0.0

@@ -1,6 +1,5 @@
 """How a run stands: every command that says so says the same."""
 
-import fcntl
 import os
 import subprocess
 import sys
@@ -27,33 +26,22 @@ def none(*_):
     raise OSError(95, "Operation not supported")
 
 if sys.argv[2] == "without locks":
-    lock.fcntl.flock = none
+    lock.fcntl.fcntl = none
 with lock.FolderLock(MPI.COMM_SELF, Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()
 """
 
 
-def no_locks(file, kind):
+def no_locks(*_):
     raise OSError(95, "Operation not supported")
 
 
-def no_locks_for_readers(file, kind):
-    """As NFS, whose server wants to write where a file is locked for one alone."""
-    readable_only = fcntl.fcntl(file, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY
-    if kind & fcntl.LOCK_EX and readable_only:
-        raise OSError(9, "Bad file descriptor")
-    return FLOCK(file, kind)
-
-
-FLOCK = fcntl.flock
-
-
-@pytest.fixture(params=["locks", "locks for writers", "without locks"])
+@pytest.fixture(params=["locks", "without locks"])
 def file_system(request, monkeypatch):
     """What locks there are."""
-    stand_ins = {"without locks": no_locks, "locks for writers": no_locks_for_readers}
-    monkeypatch.setattr(lock.fcntl, "flock", stand_ins.get(request.param, FLOCK))
+    if request.param == "without locks":
+        monkeypatch.setattr(lock.fcntl, "fcntl", no_locks)
     return request.param
 
 
@@ -104,7 +92,7 @@ def test_a_run_that_ended_its_process_was_killed(running, file_system, monkeypat
 def test_a_clock_that_is_wrong_does_not_keep_a_killed_run_alive(
     finished, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(lock.fcntl, "flock", no_locks)
+    monkeypatch.setattr(lock.fcntl, "fcntl", no_locks)
     folder = unended(tmp_path / "run", finished, state="running")
     (folder / LOCK_FILE).write_text("process 1 on another\n")
     for age in (-3600.0, 3600.0):

@@ -1,6 +1,8 @@
 """Where compiled code is kept: no edit of any source may leave old code in use."""
 
+import hashlib
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -185,3 +187,89 @@ def test_clearing_removes_compiled_code_alone(tmp_path, monkeypatch):
     jit.clear_cache()
     assert [path.name for path in tmp_path.iterdir()] == ["bench"]
     assert jit.cache_size() == 0
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """A cache folder of two functions, one of them compiled after all was marked."""
+    source = tmp_path / "sources" / "sph" / "pairs.py"
+    source.parent.mkdir(parents=True)
+    source.write_text("")
+    folder = tmp_path / "cache"
+    hashed = hashlib.sha1(str(source.parent).encode()).hexdigest()
+    files = folder / f"sph_{hashed}"
+    files.mkdir(parents=True)
+    monkeypatch.setattr(jit, "numeric_sources", lambda: [source])
+    monkeypatch.setattr(jit, "CACHE_FOLDER", folder)
+    code = pickle.dumps(("code", bytes(1000), {"name": 1.0}))
+    index = pickle.dumps("0.1") + pickle.dumps(("stamp", {"key": "a.1.nbc"}))
+    (files / "a.nbi").write_bytes(index)
+    (files / "a.1.nbc").write_bytes(code)
+    jit.mark_compiled()
+    (files / "b.nbi").write_bytes(index)
+    (files / "b.1.nbc").write_bytes(code)
+    return files
+
+
+def flip(path):
+    content = bytearray(path.read_bytes())
+    content[500] ^= 1
+    path.write_bytes(content)
+
+
+DAMAGES = {
+    "cut": lambda path: os.truncate(path, 20),
+    "empty": lambda path: os.truncate(path, 0),
+    "garbage": lambda path: path.write_bytes(bytes(range(256)) * 4),
+    "garbage at the end": lambda path: path.write_bytes(path.read_bytes() + b"xy"),
+    "pipe": lambda path: (path.unlink(), os.mkfifo(path)),
+    "folder": lambda path: (path.unlink(), path.mkdir()),
+    "loop": lambda path: (path.unlink(), path.symlink_to(path)),
+}
+
+
+@pytest.mark.parametrize("name", ["a.nbi", "a.1.nbc", "b.nbi", "b.1.nbc"])
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_what_is_damaged_is_removed_and_compiled_again(cache, name, damage):
+    DAMAGES[damage](cache / name)
+    assert jit.remove_damaged(cache.parent) == [cache / name]
+    assert not os.path.lexists(cache / name)
+    assert len(list(cache.iterdir())) == 3
+    assert not jit.is_compiled()
+    assert jit.remove_damaged(cache.parent) == []
+
+
+def test_a_single_bit_of_the_code_counts(cache):
+    flip(cache / "a.1.nbc")
+    assert jit.remove_damaged(cache.parent) == [cache / "a.1.nbc"]
+
+
+def test_a_file_that_is_missing_is_compiled_before_a_run(cache):
+    (cache / "a.1.nbc").unlink()
+    assert jit.remove_damaged(cache.parent) == []
+    assert not jit.is_compiled()
+
+
+def test_what_was_compiled_since_is_no_damage(cache):
+    """A function may be called with further types, also by another process."""
+    more = pickle.dumps("0.1") + pickle.dumps(("stamp", {"key": "a.2.nbc"}))
+    (cache / "a.nbi").write_bytes(more)
+    assert jit.remove_damaged(cache.parent) == []
+    assert jit.is_compiled()
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[1]", b"\xff"])
+def test_a_damaged_mark_is_none(cache, content):
+    (mark,) = cache.parent.glob("complete-*")
+    mark.write_bytes(content)
+    assert jit.remove_damaged(cache.parent) == []
+    assert not jit.is_compiled()
+
+
+def test_the_files_of_these_sources_are_looked_at():
+    """That is, Numba names its folders as `jit` thinks it does."""
+    from mpisph.physics.stress import equivalent_stress
+
+    equivalent_stress(1.0, 2.0, 3.0)
+    names = {name.rpartition("/")[2] for name in jit._compiled(jit.CACHE_FOLDER)}
+    assert any(name.startswith("stress.equivalent_stress") for name in names)

@@ -85,6 +85,10 @@ def texts(axes):
     return [axes.get_title(loc="left"), *(text.get_text() for text in found)]
 
 
+def plain(text):
+    return text.replace("\u2009", ",")
+
+
 def vertical_lines(axes):
     """Axial positions [mm] of the lines right across the axes."""
     lines = [x.get_xdata() for x in axes.lines if x.get_transform() != axes.transData]
@@ -111,7 +115,8 @@ def test_particles_are_mirrored_and_coloured_by_body(tmp_path, case, drawn):
     sphere = np.asarray(dots[0].get_xdata())
     assert sphere.size == 2 * np.count_nonzero(p.body == 0)
     assert sphere.max() == pytest.approx(1e3 * p.z[p.body == 0].max())
-    assert any("sphere (200" in text for text in texts(axes))
+    assert [text for text in texts(axes) if text in ("sphere", "plate")]
+    assert any(f"{p.n:,} particles, mirrored" in plain(t) for t in texts(axes))
 
 
 def test_dots_have_the_size_of_the_spacing(tmp_path, case, drawn):
@@ -190,7 +195,7 @@ def test_strays_are_left_out_and_counted(tmp_path, case, drawn):
     wide = draw(tmp_path, case, drawn).get_xlim()
     axes = draw(tmp_path, case, drawn, strays=1)
     assert axes.get_xlim() == pytest.approx(wide, abs=1.0)
-    assert any("outside this view: 1 particles of the cloud" in t for t in texts(axes))
+    assert any("1 outside this view, 1 of them of the cloud" in t for t in texts(axes))
 
 
 def test_text_stays_within_the_figure(tmp_path, case, drawn):
@@ -233,6 +238,29 @@ def test_a_run_is_drawn_with_lines_at_exposures_only(tmp_path, case, drawn):
     assert [path.name for path in paths] == names
     assert all(path.parent == tmp_path / "figures" for path in paths)
     assert [bool(figure.axes[0].collections) for figure in drawn] == [False, True, True]
+
+
+def test_all_figures_of_a_run_have_one_view_and_one_size(tmp_path, case, drawn):
+    for index, time in enumerate([3e-6, TIME, OFFSET_TIME]):
+        write(tmp_path, case, time, index, strays=index % 2)
+    draw_run(tmp_path)
+    assert len({tuple(f.get_size_inches()) for f in drawn}) == 1
+    boxes = {(f.axes[0].get_xlim(), f.axes[0].get_ylim()) for f in drawn}
+    assert len(boxes) == 1
+    assert len({f.axes[0].get_position().bounds for f in drawn}) == 1
+    # It holds what was measured, though two figures draw no measurement in.
+    ((z, r),) = boxes
+    assert z[1] > 4.039 + 31.7
+    assert r[1] > 15.3
+
+
+def test_every_plate_that_stands_has_its_rear_face(tmp_path, case, drawn):
+    plate = case.bodies[1]
+    wall = plate.model_copy(update={"name": "wall", "position": 50e-3})
+    shield = case.model_copy(update={"bodies": (*case.bodies, wall)})
+    axes = draw(tmp_path, shield, drawn)
+    assert vertical_lines(axes) == [4.039, 54.039]
+    assert texts(axes).count("original rear faces") == 1
 
 
 def test_times_near_each_other_get_names_of_their_own(tmp_path, case, drawn):

@@ -1,5 +1,7 @@
 """Figures of the debris: what is in them, read back from axes, images and pixels."""
 
+from itertools import pairwise
+
 import matplotlib.image
 import numpy as np
 import pytest
@@ -9,7 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import StepPatch
 
 from mpisph.case import load_case
+from mpisph.figures import debris
 from mpisph.figures.debris import draw_fragments, draw_radiograph, draw_spray
+from mpisph.figures.style import label_log_axis
 from mpisph.io.snapshot import Snapshot
 
 TIME = 7.05e-6
@@ -187,15 +191,18 @@ def test_the_spray_shows_each_bodys_mass_and_momentum(draw):
     for axes in figure.axes:
         per_body = [p.get_data() for p in axes.patches if isinstance(p, StepPatch)]
         assert len(per_body) == 2
-        heights.append([3.0 * (top - bottom) for top, _, bottom in per_body])
+        edges = per_body[0].edges
+        width = edges[1] - edges[0]
+        heights.append([width * (top - bottom) for top, _, bottom in per_body])
     mass, axial, radial = heights
+    aside, back = int(45.0 / width), int(135.0 / width)
     assert mass[0][0] == pytest.approx(1e6 * a["m"][sphere].sum())
     assert mass[1][0] == pytest.approx(1e6 * a["m"][plate].sum())
-    assert mass[1][15] == pytest.approx(1e6 * a["m"][apart].sum())
-    assert mass[1][45] == pytest.approx(1e6 * a["m"][ejecta].sum())
+    assert mass[1][aside] == pytest.approx(1e6 * a["m"][apart].sum())
+    assert mass[1][back] == pytest.approx(1e6 * a["m"][ejecta].sum())
     assert axial[0][0] == pytest.approx(5000.0 * a["m"][sphere].sum())
-    assert axial[1][45] == pytest.approx(-1500.0 * a["m"][ejecta].sum())
-    assert radial[1][15] == pytest.approx(3000.0 * a["m"][apart].sum())
+    assert axial[1][back] == pytest.approx(-1500.0 * a["m"][ejecta].sum())
+    assert radial[1][aside] == pytest.approx(3000.0 * a["m"][apart].sum())
     assert [axes.get_ylabel() for axes in figure.axes] == [
         "mass [mg/°]",
         "axial momentum [N s/°]",
@@ -204,6 +211,38 @@ def test_the_spray_shows_each_bodys_mass_and_momentum(draw):
     grams = 1e3 * a["m"][sphere].sum()
     legend = figure.axes[0].get_legend().get_texts()
     assert legend[0].get_text() == f"sphere ({grams:.3g} g)"
+
+
+@pytest.mark.parametrize(
+    ("particles", "bins"), [(20, 12), (106, 20), (160, 30), (200, 36), (5000, 60)]
+)
+def test_bins_of_the_spray_are_as_fine_as_the_particles_allow(particles, bins):
+    assert debris._spray_bins(particles) == bins
+
+
+def test_the_spray_shows_the_angles_in_which_something_moves(draw):
+    shot = snapshot()
+    whole, _ = draw(draw_spray, shot)
+    assert whole.axes[0].get_xlim() == (0.0, 150.0)
+    forward = {n: x[shot.arrays["u_z"] >= 0.0] for n, x in shot.arrays.items()}
+    cloud, _ = draw(draw_spray, shot._replace(arrays=forward))
+    assert cloud.axes[0].get_xlim() == (0.0, 60.0)
+
+
+@pytest.mark.parametrize(("low", "high"), [(2.0, 9.0), (0.2, 5.0), (0.3, 2e3)])
+def test_labels_of_a_log_axis_stand_apart(low, high):
+    figure = Figure(figsize=(3.0, 2.0))
+    axes = figure.add_subplot()
+    axes.plot([1.0, 2.0], [low, high])
+    axes.set_yscale("log")
+    label_log_axis(axes.yaxis)
+    figure.draw_without_rendering()
+    ticks = axes.yaxis.get_ticklabels(which="both")
+    shown = [t for t in ticks if t.get_text() and low <= t.get_position()[1] <= high]
+    assert shown, "no label"
+    assert all("e" not in t.get_text() and "$" not in t.get_text() for t in shown)
+    boxes = sorted((t.get_window_extent() for t in shown), key=lambda box: box.y0)
+    assert all(a.y1 < b.y0 for a, b in pairwise(boxes))
 
 
 def test_fragments_are_shown_by_mass_and_velocity(draw):

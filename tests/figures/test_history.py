@@ -57,6 +57,9 @@ def test_without_an_offset_or_a_measurement_there_is_less_to_draw(run):
         "measured, nominal time"
     ]
     case = run.case.model_copy(update={"measured": None})
+    captions = [figure.caption for figure in history_figures(run._replace(case=case))]
+    assert not [text for text in captions if "measured" in text]
+    assert [f.caption for f in history_figures(run) if "measured" in f.caption]
     labels = lines(draw(run._replace(case=case, clouds=()), "length")).keys()
     assert list(labels) == ["computed, outermost"]
 

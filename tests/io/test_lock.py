@@ -5,7 +5,6 @@ import subprocess
 import sys
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from mpi4py import MPI
@@ -20,8 +19,9 @@ SELF = MPI.COMM_SELF
 # Another process that holds one rank's share of the lock until its input ends.
 HOLDER = """
 import fcntl, os, sys
+from mpisph.io.lock import _locked
 file = os.open(sys.argv[1], os.O_RDWR | os.O_CREAT)
-fcntl.flock(file, fcntl.LOCK_SH)
+assert _locked(file, fcntl.F_RDLCK)
 print("held", flush=True)
 sys.stdin.read()
 """
@@ -66,31 +66,51 @@ def test_the_lock_names_its_process_and_ends_with_the_block(tmp_path):
     assert not in_use(tmp_path / "nowhere")
 
 
-def test_many_may_look_at_once(tmp_path):
+def test_looking_takes_no_lock(tmp_path, monkeypatch):
+    """Looks at the same moment cannot collide, nor refuse a run that starts."""
     with FolderLock(SELF, tmp_path):
         pass
-    with ThreadPoolExecutor(8) as pool:
-        looks = list(pool.map(lambda _: in_use(tmp_path), range(400)))
-    assert not any(looks)
+    calls = []
+    real = mpisph.io.lock._lock_call
+    monkeypatch.setattr(
+        mpisph.io.lock,
+        "_lock_call",
+        lambda file, command, kind: calls.append(command) or real(file, command, kind),
+    )
+    assert not in_use(tmp_path)
+    assert calls == ["F_OFD_GETLK"]
 
 
-def test_a_look_does_not_refuse_a_run(tmp_path):
+def test_a_run_starts_at_once_beside_those_who_look(tmp_path, monkeypatch):
+    """Whatever a looker has done before it closes the file, nothing is held."""
     (tmp_path / LOCK_FILE).touch()
-    stop = threading.Event()
+    monkeypatch.setattr(mpisph.io.lock, "PATIENCE", 0.0)
+    close, met = os.close, []
 
-    def look():
-        while not stop.is_set():
-            in_use(tmp_path)
+    def start_before_closing(file):
+        monkeypatch.setattr(mpisph.io.lock.os, "close", close)
+        with FolderLock(SELF, tmp_path):
+            met.append(file)
+        close(file)
 
-    looker = threading.Thread(target=look)
-    looker.start()
-    try:
-        for _ in range(300):
-            with FolderLock(SELF, tmp_path):
-                pass
-    finally:
-        stop.set()
-        looker.join()
+    monkeypatch.setattr(mpisph.io.lock.os, "close", start_before_closing)
+    assert not in_use(tmp_path)
+    assert met
+
+
+def test_who_may_only_read_sees_the_lock(tmp_path, holder, monkeypatch):
+    """And needs no more than that: the folder may be of another user."""
+    opened, flags = os.open, []
+    monkeypatch.setattr(
+        mpisph.io.lock.os, "open", lambda p, f: flags.append(f) or opened(p, f)
+    )
+    assert in_use(tmp_path)
+    assert flags[0] & os.O_ACCMODE == os.O_RDONLY
+
+
+def test_a_pipe_in_place_of_the_lock_does_not_block(tmp_path):
+    os.mkfifo(tmp_path / LOCK_FILE)
+    assert not in_use(tmp_path)
 
 
 def test_an_error_in_the_block_ends_the_lock(tmp_path):
@@ -106,7 +126,7 @@ def no_locks(monkeypatch):
     def none(*_):
         raise OSError(95, "Operation not supported")
 
-    monkeypatch.setattr(mpisph.io.lock.fcntl, "flock", none)
+    monkeypatch.setattr(mpisph.io.lock.fcntl, "fcntl", none)
     for name, seconds in (("BEAT", 0.1), ("SILENCE", 0.8), ("SETTLE", 0.2)):
         monkeypatch.setattr(mpisph.io.lock, name, seconds)
 

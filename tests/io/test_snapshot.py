@@ -86,14 +86,53 @@ def test_every_column_names_symbol_unit_and_meaning(tmp_path):
             assert set(column.attrs) == {"symbol", "unit", "meaning"}, name
 
 
+def bodies_apart(folder):
+    """A snapshot of two bodies, by turns, and the points of the second."""
+    mine = numbered(np.arange(50))
+    mine.body[:] = np.arange(50) % 2
+    path = write_snapshot(
+        SELF, folder, 0, mine, time=0.0, step=0, metadata={}, n_total=50
+    )
+    points = np.column_stack([mine.z, mine.r, np.zeros(50)])[1::2]
+    return path, points.astype(np.float32)
+
+
+def test_vtk_selects_a_body(tmp_path):
+    """As in ParaView: the filter threshold keeps or drops whole cells."""
+    pytest.importorskip("vtkmodules")
+    from vtkmodules.numpy_interface.dataset_adapter import WrapDataObject
+    from vtkmodules.vtkCommonDataModel import vtkDataObject
+    from vtkmodules.vtkFiltersCore import vtkThreshold
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    path, points = bodies_apart(tmp_path)
+    reader = vtkHDFReader(file_name=str(path))
+    threshold = vtkThreshold(lower_threshold=0.5, upper_threshold=1.5)
+    threshold.SetInputConnection(reader.GetOutputPort())
+    of_points = vtkDataObject.FIELD_ASSOCIATION_POINTS
+    threshold.SetInputArrayToProcess(0, 0, 0, of_points, "body")
+    threshold.Update()
+    kept = WrapDataObject(threshold.GetOutput())
+    np.testing.assert_array_equal(kept.Points, points)
+    assert kept.GetNumberOfCells() == 25
+
+
+def test_pyvista_selects_a_body(tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    path, points = bodies_apart(tmp_path)
+    kept = pyvista.read(path).threshold(0.5, scalars="body")
+    assert kept.n_cells == 25
+    np.testing.assert_array_equal(kept.points, points)
+
+
 @pytest.mark.parametrize("n", [1, 50])
 def test_pyvista_reads_it(tmp_path, n):
     pyvista = pytest.importorskip("pyvista")
     mesh = pyvista.read(write(SELF, tmp_path, n))
     want = numbered(np.arange(n))
-    assert (mesh.n_points, mesh.n_cells) == (n, 1)
+    assert (mesh.n_points, mesh.n_cells) == (n, n)
     np.testing.assert_array_equal(mesh.points[:, 0], want.z.astype(np.float32))
-    np.testing.assert_array_equal(mesh.cells if n < 1 else mesh.verts[1:], range(n))
+    np.testing.assert_array_equal(mesh.verts.reshape(n, 2), [[1, k] for k in range(n)])
     np.testing.assert_array_equal(mesh.point_data["rho"], want.rho)
     np.testing.assert_array_equal(mesh.point_data["id"], want.id)
     np.testing.assert_array_equal(mesh.point_data["u"][:, 0], want.u_z)

@@ -1,13 +1,13 @@
 """A run as its folder holds it, ended or not."""
 
 import shutil
-import subprocess
-import sys
 
 import pytest
+from mpi4py import MPI
 from small_runs import unended
 
 from mpisph.core.errors import MpisphError
+from mpisph.io.lock import FolderLock
 from mpisph.io.result import read_result
 from mpisph.io.stored_run import read_run
 
@@ -39,17 +39,8 @@ def test_a_run_that_has_not_ended_is_measured_as_a_finished_one(finished, tmp_pa
 def test_a_running_run_at_which_nobody_works_was_killed(finished, tmp_path):
     folder = unended(tmp_path / "run", finished, state="running")
     assert read_run(folder).state == "killed"
-    # Another process holds the lock, as the ranks of a run do.
-    hold = (
-        "import fcntl, sys; f = open(sys.argv[1]); fcntl.flock(f, fcntl.LOCK_SH);"
-        "print(flush=True); sys.stdin.read()"
-    )
-    command = [sys.executable, "-c", hold, folder / ".lock"]
-    pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdin=pipe, stdout=pipe) as process:
-        process.stdout.readline()
+    with FolderLock(MPI.COMM_SELF, folder):
         assert read_run(folder).state == "running"
-        process.communicate(b"")
 
 
 def test_snapshots_that_have_been_removed_are_left_out(finished, tmp_path):

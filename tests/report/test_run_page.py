@@ -113,8 +113,8 @@ def test_every_picture_decodes_and_shows_something(page):
 def test_large_pictures_are_those_of_the_exposures(page):
     large = page.all("img", "alt")[:2]
     assert large == [
-        "Exposure at 1 µs, nominal time",
-        "Exposure at 1 µs, clock offset 0.35 µs",
+        "Exposure at 1 µs, nominal time: 1.00 µs after first contact",
+        "Exposure at 1 µs, clock offset 0.35 µs: 1.35 µs after first contact",
     ]
     assert page.all("img", "alt")[2:10] == [
         f"{t:.2f} µs" for t in (0.0, 0.25, 0.5, 0.75, 1.25, 1.5, 1.75, 2.0)
@@ -206,8 +206,11 @@ def test_a_run_without_plate_sphere_and_measurements(tmp_path):
     page = page_of([folder], tmp_path / "report.html")
     assert "no measurements to compare with" in page.text
     assert not [heading for heading in page.headings if "experiment" in heading]
-    # The last snapshot large, three small; no figures of a cloud.
-    assert len(page.pictures()) == 1 + 3 + 3
+    # One halfway and the last large, two small; no figures of a cloud.
+    assert len(page.pictures()) == 2 + 2 + 3
+    times = [f"{t:.2f} µs after first contact" for t in (0.2, 0.3)]
+    assert page.all("img", "alt")[:2] == times
+    assert "measured" not in " ".join(page.words[: page.words.index("Set-up")])
     both = page_of([folder, folder], tmp_path / "report.html")
     assert "Comparison with the experiment" not in both.headings
 

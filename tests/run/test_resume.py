@@ -482,7 +482,7 @@ def test_an_unstable_run_stays_as_it_is(tmp_path):
     [
         ("resolution.npr=5", "cannot change in a run that is extended"),
         ("time.end=0.3us", "can only be made longer"),
-        ("time.ned=0.5us", "did you mean end?"),
+        ("time.until=0.5us", "time.until"),
         ("output.every=0.03us", "no snapshot can be added at 3e-08 s"),
     ],
 )

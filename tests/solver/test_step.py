@@ -135,8 +135,9 @@ def test_the_first_state_is_the_same_whoever_made_the_particles():
         slice(comm.rank, None, comm.size),
         slice(None) if last else slice(0),
     ):
-        share = [None if a is None else a[mine] for a in everything]
-        sim = start_from(case, comm, InitialParticles(*share), 0.0)
+        fields = everything.fields().items()
+        share = InitialParticles.of({name: a[mine] for name, a in fields})
+        sim = start_from(case, comm, share, 0.0)
         assert sim.n_total == alone.n_total
         assert sim.scales == alone.scales
         assert_equal_on_root(comm, sim.particles, alone.particles)

@@ -1,17 +1,22 @@
 """Compiled code: the same bits whether just compiled or loaded from the cache."""
 
+import os
 import subprocess
 import sys
 
 import pytest
 from launch import CASES, MPISPH, environment, launch
 
+from mpisph.case import load_case
+
 pytestmark = pytest.mark.slow
 
 DIGEST = """
 import hashlib
 from mpi4py import MPI
+from mpisph.solver.warmup import warm_up
 from plates import plate_impact, states_at
+warm_up(MPI.COMM_SELF)
 case = plate_impact(3e3, 1e-3, 2e-3, 1e-4)
 (sim,) = states_at(case, (5e-8,))
 print(hashlib.sha256(sim.particles.values.tobytes()).hexdigest())
@@ -19,6 +24,7 @@ print(hashlib.sha256(sim.particles.values.tobytes()).hexdigest())
 
 
 def digest(cache, tests):
+    """The digest of a state, from a process that compiles what is not in a cache."""
     done = subprocess.run(
         [sys.executable, "-c", DIGEST],
         env=environment(MPISPH_CACHE_DIR=str(cache), PYTHONPATH=str(tests)),
@@ -30,47 +36,67 @@ def digest(cache, tests):
     return done.stdout
 
 
-def test_compiled_and_loaded_code_give_the_same_bits(tmp_path, request):
-    compiled = digest(tmp_path, request.path.parents[1])
-    assert list(tmp_path.rglob("*.nbc")), "something was cached"
-    assert digest(tmp_path, request.path.parents[1]) == compiled
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory, request):
+    """A cache folder that was warmed up, and a digest from the process that did it."""
+    folder = tmp_path_factory.mktemp("cache")
+    return folder, digest(folder, request.path.parents[1])
 
 
-@pytest.mark.parametrize(
-    "overrides",
-    [
-        (),
-        ("scheme.eos=tillotson", "scheme.strength=none", "scheme.smoothing=classic"),
-        ("time.step=fixed", "time.dt=1 ns", "scheme.self_term=false"),
-    ],
-    ids=["default", "tillotson", "fixed"],
-)
-def test_a_run_compiles_nothing_that_the_warm_up_has_not(cache, tmp_path, overrides):
+@pytest.fixture
+def cache(compiled):
+    return compiled[0]
+
+
+def test_compiled_and_loaded_code_give_the_same_bits(compiled, request):
+    cache, expected = compiled
+    before = compiled_files(cache)
+    assert before, "something was cached"
+    assert digest(cache, request.path.parents[1]) == expected
+    assert compiled_files(cache) == before
+
+
+SETTINGS = {
+    "default": (),
+    "tillotson": (
+        "scheme.eos=tillotson",
+        "scheme.strength=none",
+        "scheme.smoothing=classic",
+    ),
+    "fixed": ("time.step=fixed", "time.dt=1 ns", "scheme.self_term=false"),
+}
+
+
+@pytest.fixture
+def short_runs(tmp_path):
+    """A command that makes short runs with all kinds of settings."""
+    paths = []
+    for name, overrides in SETTINGS.items():
+        short = ("resolution.npr=4", "time.end=30 ns", "output.figures=false")
+        case = load_case(CASES / "piekutowski-4-1353.toml", (*overrides, *short))
+        paths.append(tmp_path / f"{name}.toml")
+        paths[-1].write_text(case.to_toml())
+    return MPISPH, "run", *paths, "-o", tmp_path
+
+
+def test_a_run_compiles_nothing_that_the_warm_up_has_not(cache, short_runs):
     """Ranks that compiled at once could spoil the cache."""
     before = compiled_files(cache)
-    assert before
-    words = [
-        word
-        for override in (*overrides, "resolution.npr=4", "time.end=30 ns")
-        for word in ("--set", override)
-    ]
-    case = CASES / "piekutowski-4-1353.toml"
-    command = (MPISPH, "run", case, *words, "-o", tmp_path)
-    done = launch(2, *command, MPISPH_CACHE_DIR=str(cache))
+    done = launch(2, *short_runs, MPISPH_CACHE_DIR=str(cache))
     assert done.returncode == 0, done.stderr
     assert "compiling" not in done.stderr
     assert compiled_files(cache) == before
 
 
-@pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    """A cache folder that was warmed up."""
-    folder = tmp_path_factory.mktemp("cache")
-    done = launch(2, MPISPH, "cache", "warm", MPISPH_CACHE_DIR=str(folder))
+def test_damaged_code_is_compiled_again(cache, short_runs):
+    """As a full disk leaves it: Numba alone would fail at every start."""
+    code = min(cache.rglob("integrator._drift-*.nbc"))
+    os.truncate(code, 100)
+    done = launch(2, *short_runs, MPISPH_CACHE_DIR=str(cache))
     assert done.returncode == 0, done.stderr
-    assert str(folder) in done.stdout
-    assert done.stdout.count("compiled") == 1
-    return folder
+    assert done.stderr.count(f"was damaged; removed {code.name}") == 1
+    assert done.stderr.count("compiling") == 1
+    assert code.stat().st_size > 100
 
 
 def compiled_files(folder):

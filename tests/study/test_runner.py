@@ -150,7 +150,7 @@ def test_a_live_run_is_neither_started_again_nor_written_to(
         raise OSError(95, "Operation not supported")
 
     if not locks:
-        monkeypatch.setattr("mpisph.io.lock.fcntl.flock", none)
+        monkeypatch.setattr("mpisph.io.lock.fcntl.fcntl", none)
     for name, seconds in (("BEAT", 0.1), ("SETTLE", 0.1), ("PATIENCE", 0.1)):
         monkeypatch.setattr(f"mpisph.io.lock.{name}", seconds)
     with FolderLock(MPI.COMM_SELF, folder):

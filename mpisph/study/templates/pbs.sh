@@ -30,8 +30,8 @@ else
     starter=(mpirun --quiet -n {{ ranks }} --hostfile "$PBS_NODEFILE")
 fi
 {% include "start.sh" %}
-again=${MPISPH_SCRIPT:-${BASH_SOURCE[0]}}
-names=MPISPH_ELEMENT=$element,MPISPH_SCRIPT=$again${MPISPH_LAUNCH:+,MPISPH_LAUNCH}
-qsub -v "$names" "$again" ||
+# By name: qsub would take a comma in a value for the end of it.
+export MPISPH_ELEMENT=$element MPISPH_SCRIPT=${MPISPH_SCRIPT:-${BASH_SOURCE[0]}}
+qsub -v "MPISPH_ELEMENT,MPISPH_SCRIPT${MPISPH_LAUNCH:+,MPISPH_LAUNCH}" "$MPISPH_SCRIPT" ||
     say "that failed; submit it again to continue the study"
 exit 75

@@ -1,6 +1,10 @@
 
 # How far the runs have come.
-reached() { cat {{ root }}/cases/*/status.json 2>/dev/null | grep '"step"' | cksum; }
+reached() {
+    # By way of xargs: the names of all runs may be too many for one command.
+    printf '%s\0' {{ root }}/cases/*/status.json | xargs -0 cat -- 2>/dev/null |
+        grep '"step"' | cksum
+}
 
 before=$(reached)
 limit_walltime "$left"
