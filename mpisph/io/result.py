@@ -18,7 +18,7 @@ from mpisph.diagnostics.cloud import (
     compare,
     next_body,
 )
-from mpisph.io.files import write_text
+from mpisph.io.files import read_text, write_text
 
 RESULT_FILE = "result.json"
 
@@ -164,6 +164,9 @@ class Result(_Model):
     """Versions of the software."""
     revision: str
     """Revision of the source."""
+    damage: tuple[str, ...] = ()
+    """Files that were found damaged or missing when the run was resumed, and could not
+    be written again."""
 
 
 def write_result(folder: Path, result: Result) -> Path:
@@ -200,7 +203,7 @@ def read_result(path: Path) -> Result:
     ValueError
         If it is not a result.
     """
-    return Result.model_validate_json(path.read_text(encoding="utf-8"))
+    return Result.model_validate_json(read_text(path))
 
 
 def make_comparisons(
