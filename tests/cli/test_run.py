@@ -5,6 +5,7 @@ import re
 
 import pytest
 from launch import CASES, MPISPH, call, launch
+from run_folders import status
 
 from mpisph.case import load_case
 from mpisph.io.snapshot import read_series, read_snapshot
@@ -23,6 +24,8 @@ def test_run_writes_every_file_of_a_run(tmp_path):
     assert written == snapshots | pictures | {
         "snapshots",
         "figures",
+        "checkpoints",
+        f"checkpoints/checkpoint_{status(folder)['step']:09d}.h5",
         "case.toml",
         "history.csv",
         "log.txt",
@@ -42,6 +45,14 @@ def test_run_writes_every_file_of_a_run(tmp_path):
     # Said once, not once a rank.
     assert done.stdout.count("completed: ") == 1
     assert "not reached" in done.stdout
+
+
+def test_a_dry_run_says_what_is_hardly_meant_and_how_long_it_takes():
+    away = ("--set", "bodies.sphere.velocity=-6.68 km/s")
+    done = call("run", SHOT, "--dry-run", *away)
+    assert done.returncode == 0, done.stderr
+    assert "warning: bodies.*.velocity: no two bodies ever meet" in done.stdout
+    assert "wall time  about" in done.stdout
 
 
 def test_one_and_three_ranks_write_the_same_files(tmp_path):
