@@ -20,6 +20,9 @@ FEWEST_ROWS = 2
 PLATE_RADIUS = 4.0
 """Radius of a plate in diameters of the sphere: its rim does not matter."""
 
+WALL_RADIUS = 0.7
+"""Least radius of a wall in its distance; a cloud is about as wide as it is long."""
+
 CLOUD_LENGTH = 6.0
 """Flight after the impact in diameters of the sphere, where there is no wall."""
 
@@ -115,7 +118,7 @@ def draft_case(draft: Draft) -> str:
                 distance=_mm(draft.wall),
                 position=_mm(t + draft.wall),
                 thickness=_mm(draft.wall_thickness or 3.0 * t),
-                radius=_mm(max(radius, draft.wall)),
+                radius=_mm(max(radius, WALL_RADIUS * draft.wall)),
                 material=plate_material,
             )
         )
