@@ -9,6 +9,7 @@ from pydantic import Field, create_model, model_validator
 
 from mpisph.inputs.quantities import PROSE, Density, Description, Fraction
 from mpisph.inputs.sourced import Sourced
+from mpisph.physics.eos.linear import Linear
 from mpisph.physics.response import KINDS
 
 if TYPE_CHECKING:
@@ -40,6 +41,9 @@ ELEMENTS = frozenset(
 Composition = Annotated[dict[str, Fraction], PROSE]
 """No motion depends on it, so it is no part of which case it is."""
 
+_LEAST_MODULUS, _LARGEST_MODULUS = 1.0, 1e15
+# Bounds of a pressure that is given [Pa].
+
 
 class _Material(Sourced):
     """Constants of one material: a table for each model that it may be used with."""
@@ -69,6 +73,24 @@ class _Material(Sourced):
         if self.composition and not math.isclose(whole, 1.0, abs_tol=0.01):
             raise ValueError(f"composition: the fractions make {whole:g}; expected 1")
         return self
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _derive_bulk_modulus(cls, data: Any, handler: Any) -> Any:
+        """Fill in the bulk modulus where another equation of state implies it."""
+        material: _Material = handler(data)
+        if material.constants("linear") is not None:
+            return material
+        for model in KINDS["eos"].values():
+            constants = material.constants(model.name)
+            if constants is None:
+                continue
+            modulus = material.rho0 * constants.bulk_sound_speed(material.rho0) ** 2
+            if _LEAST_MODULUS <= modulus <= _LARGEST_MODULUS:
+                source = f"rho0 c^2, c the bulk sound speed of {model.label}"
+                linear = Linear(bulk_modulus=modulus, sources={"bulk_modulus": source})
+                return material.model_copy(update={"linear": linear})
+        return material
 
     @property
     def sound_speed(self) -> float:
