@@ -214,14 +214,15 @@ def _weighted(p: Particles, gauge: Gauge, kappa: float) -> FloatArray:
 
 def body_columns(names: Sequence[str]) -> list[str]:
     """Return the names of the columns of the bodies, in the order of the values."""
-    return [_column(q, name) for name in names for q in BODY_QUANTITIES]
+    return [column_name(q, name) for name in names for q in BODY_QUANTITIES]
 
 
 def gauge_columns(names: Sequence[str]) -> list[str]:
     """Return the names of the columns of the gauges, in the order of the values."""
-    return [_column(q, name) for name in names for q in GAUGE_QUANTITIES]
+    return [column_name(q, name) for name in names for q in GAUGE_QUANTITIES]
 
 
-def _column(quantity: Quantity, name: str) -> str:
+def column_name(quantity: Quantity, name: str) -> str:
+    """Return the name of a column: quantity, body or gauge, and unit."""
     unit = quantity.unit.replace("/", " per ").split()
     return "_".join((quantity.name, name, *unit))
