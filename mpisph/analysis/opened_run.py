@@ -116,8 +116,7 @@ class OpenedSnapshot(Mapping[str, npt.NDArray[Any]]):
 
     def cloud(self) -> CloudMeasure:
         """Measure the debris cloud: R_b, L_b, front velocity, mass."""
-        a, definition = self.arrays, cloud_definition(self.case)
-        return measure_arrays(a["id"], a["r"], a["z"], a["u_z"], a["m"], definition)
+        return measure_arrays(self.arrays, cloud_definition(self.case))
 
     def hole(self) -> Hole:
         """Measure the hole in the target plate."""
@@ -141,9 +140,7 @@ class OpenedSnapshot(Mapping[str, npt.NDArray[Any]]):
         bins : int, optional
             Number of equal bins from 0 to 180 degrees.
         """
-        definition = cloud_definition(self.case)
-        least, direction = definition.min_velocity, definition.direction
-        return measure_spray(self.arrays, least, bins, direction)
+        return measure_spray(self.arrays, cloud_definition(self.case), bins)
 
     def __repr__(self) -> str:
         """Return file and time."""
