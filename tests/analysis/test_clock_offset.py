@@ -1,7 +1,7 @@
 """The fit of the experiment's clock."""
 
-import tracemalloc
 import shutil
+import tracemalloc
 from io import StringIO
 from pathlib import Path
 
