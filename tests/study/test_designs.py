@@ -120,6 +120,7 @@ name = "b"
         ("time.end,time.end\n1,2\n", "this key has two columns"),
         ("#x\n\nbodies.plate.thickness\n1 mm\n1 km/s\n", "designs.csv:5: "),
         ("bodies.plate.thickxess\n1 mm\n", "did you mean thickness"),
+        ("time.end\n" + "1" * 200_000, "designs.csv:2: field larger than"),
         ("bodies.wall.velocity\n1\n", "designs.csv:2: "),
     ],
 )
