@@ -6,6 +6,7 @@ meets alone, and the death of a rank, end all.
 """
 
 import os
+import signal
 import sys
 from typing import NoReturn
 
@@ -16,6 +17,7 @@ from mpisph import __version__
 from mpisph.cli import machine, post, run, study
 from mpisph.cli.options import BAD_INPUT
 from mpisph.core.errors import CaseError, CollectiveError, MpisphError
+from mpisph.core.held_signals import held, ignore_signals, release_signals
 from mpisph.core.jit import CACHE_FOLDER, REMOVED
 from mpisph.core.launcher import launch_of, mismatch
 from mpisph.run.signals import SignalHandler
@@ -23,8 +25,11 @@ from mpisph.run.signals import SignalHandler
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="mpisph")
-def cli() -> None:
+@click.pass_context
+def cli(context: click.Context) -> None:
     """Axisymmetric SPH for hypervelocity impact; mpirun starts it on many ranks."""
+    if context.invoked_subcommand not in {"run", "resume", "study"}:
+        release_signals()
 
 
 for command in (
@@ -63,18 +68,23 @@ def main() -> NoReturn:
         )
     if not first:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")
-    sys.exit(_run(signals, first))
+    code = _run(signals, first)
+    ignore_signals()
+    sys.exit(code)
 
 
 def _run(signals: SignalHandler, first: bool) -> int:
     """Run the command line and return its exit code, the same on all ranks."""
     try:
         code = cli.main(prog_name="mpisph", standalone_mode=False, obj=signals)
-    except click.exceptions.Abort as error:
+    except click.exceptions.Abort as error:  # a signal, where no run catches it
         if isinstance(error.__cause__, EOFError):  # click takes it for Ctrl-D
             raise error.__cause__ from None
-        click.echo("mpisph: interrupted", err=True)
-        MPI.COMM_WORLD.Abort(130)
+        number = signal.Signals(held[-1] if held else signal.SIGINT)
+        click.echo(f"mpisph: interrupted ({number.name})", err=True)
+        if MPI.COMM_WORLD.size > 1:  # the others may know of nothing
+            MPI.COMM_WORLD.Abort(128 + number)
+        return 128 + number
     except click.ClickException as error:
         if first:
             error.show()

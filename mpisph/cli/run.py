@@ -18,6 +18,7 @@ from mpisph.cli.options import (
 )
 from mpisph.core.console import open_console
 from mpisph.core.errors import CaseError
+from mpisph.core.held_signals import release_signals
 from mpisph.core.words import counted
 from mpisph.inputs.folder_name import folder_name
 from mpisph.parallel.collectives import from_root
@@ -66,6 +67,7 @@ def run_command(
     folders = _run_folders(case_files, output)
     cases = from_root(comm, lambda: _load_cases(case_files, overrides))
     if dry_run:
+        release_signals()
         for case in cases:
             click.echo(estimate(case, comm.size).text())
         return

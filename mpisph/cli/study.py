@@ -10,6 +10,7 @@ from mpi4py import MPI
 from mpisph.cli.options import STOPPED, shipped, walltime_option
 from mpisph.core.console import open_console
 from mpisph.core.errors import MpisphError
+from mpisph.core.held_signals import release_signals
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.run.signals import SignalHandler
 
@@ -41,8 +42,11 @@ ranks_option = click.option(
 
 
 @click.group("study")
-def study_group() -> None:
+@click.pass_context
+def study_group(context: click.Context) -> None:
     """Vary a case over a grid of settings: run, collect and draw it."""
+    if context.invoked_subcommand != "run":
+        release_signals()
 
 
 def _part(
