@@ -16,10 +16,15 @@ from mpi4py import MPI
 from mpisph import __version__
 from mpisph.cli import machine, post, run, study
 from mpisph.cli.options import BAD_INPUT
-from mpisph.core.errors import CaseError, CollectiveError, MpisphError
+from mpisph.core.errors import (
+    CollectiveError,
+    InputError,
+    MpisphError,
+    os_error_text,
+)
 from mpisph.core.held_signals import held, ignore_signals, release_signals
 from mpisph.core.jit import CACHE_FOLDER, REMOVED
-from mpisph.core.launcher import launch_of, mismatch
+from mpisph.core.launcher import banner_follows, launch_of, mismatch
 from mpisph.run.signals import SignalHandler
 
 
@@ -69,6 +74,8 @@ def main() -> NoReturn:
     if not first:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")
     code = _run(signals, first)
+    if code and first and banner_follows(os.environ):
+        click.echo("(mpirun adds a banner; `mpirun --quiet` leaves it out)", err=True)
     ignore_signals()
     sys.exit(code)
 
@@ -89,13 +96,10 @@ def _run(signals: SignalHandler, first: bool) -> int:
         if first:
             error.show()
         return error.exit_code
-    except CaseError as error:
-        if first:
-            click.echo(f"mpisph: {error}", err=True)
-        return BAD_INPUT
     except (MpisphError, CollectiveError) as error:
         if first:
+            text = os_error_text(error) if isinstance(error, OSError) else error
             notes = getattr(error, "__notes__", ())
-            click.echo("\n".join((f"mpisph: {error}", *notes)), err=True)
-        return 1
+            click.echo("\n".join((f"mpisph: {text}", *notes)), err=True)
+        return BAD_INPUT if isinstance(error, InputError) else 1
     return code if isinstance(code, int) else 0

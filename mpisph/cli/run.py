@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from mpisph.case import Case, load_case
 from mpisph.cli.options import (
+    BAD_INPUT,
     STOPPED,
     UNSTABLE,
     runs_argument,
@@ -27,6 +28,7 @@ from mpisph.solver.estimate import estimate
 
 if TYPE_CHECKING:
     from mpisph.io.result import Result
+    from mpisph.io.standing import Standing
 
 
 @click.command("run")
@@ -180,15 +182,18 @@ def _say_ending(folder: Path, result: "Result") -> None:
 @click.command("status")
 @runs_argument
 def status_command(folders: tuple[Path, ...]) -> None:
-    """Say how the runs in folders stand."""
-    lines = from_root(MPI.COMM_WORLD, lambda: [_status_line(f) for f in folders])
-    click.echo("\n".join(lines))
-
-
-def _status_line(folder: Path) -> str:
+    """Say how the runs in folders stand; exit code 2 where there is none."""
     from mpisph.io.standing import standing
 
-    state, reason, status = standing(folder)
+    found = from_root(MPI.COMM_WORLD, lambda: [standing(f) for f in folders])
+    for folder, each in zip(folders, found, strict=True):
+        click.echo(_status_line(folder, each))
+    if any(each.state == "to do" for each in found):
+        raise click.exceptions.Exit(BAD_INPUT)
+
+
+def _status_line(folder: Path, standing: "Standing") -> str:
+    state, reason, status = standing
     if status is None:
         return f"{folder}: {'no run' if state == 'to do' else state}"
     because = f" ({reason})" if reason else ""

@@ -33,7 +33,7 @@ def release_signals() -> None:
         if signal.getsignal(number) is _hold:
             signal.signal(number, _end)
     if held:
-        _end(held.pop(), None)
+        _end(held.pop(0), None)
 
 
 def ignore_signals() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from mpisph.case import Case, load_case
 from mpisph.case.identity import differences
 from mpisph.case.model import INITIAL_FILE
-from mpisph.core.errors import CaseError, MpisphError, Problem
+from mpisph.core.errors import CaseError, InputError, MpisphError, Problem
 from mpisph.io.checkpoint import CHECKPOINTS_FOLDER, remove_checkpoints
 from mpisph.io.history import HISTORY_FILE
 from mpisph.io.result import RESULT_FILE
@@ -27,7 +27,7 @@ def case_in(folder: Path) -> Case:
         If there is none.
     """
     if not (folder / CASE_FILE).exists():
-        raise MpisphError(f"{folder}: no {CASE_FILE}; is it a run's folder?")
+        raise InputError(f"{folder}: no {CASE_FILE}; is it a run's folder?")
     return load_case(folder / CASE_FILE)
 
 

@@ -21,7 +21,7 @@ from mpi4py import MPI
 
 from mpisph.core.errors import MpisphError
 from mpisph.core.particles import FIELDS, Particles
-from mpisph.io.files import write_text
+from mpisph.io.files import naming, write_text
 from mpisph.io.particle_file import (
     Column,
     FileLayout,
@@ -142,15 +142,30 @@ def read_snapshot(path: Path) -> Snapshot:
 
     Raises
     ------
+    MpisphError
+        If the file is damaged, or is not a snapshot of this program.
     OSError
-        If the file is missing or is not HDF5.
-    ValueError
-        If the file is not a snapshot of this program.
+        If the file is missing or cannot be read.
     """
+    try:
+        with naming(path):
+            return _read(path)
+    except OSError as error:
+        if error.errno is not None:
+            raise
+        reason = "it is not whole, or no HDF5"
+    except ValueError as error:
+        reason = str(error)
+    except (AttributeError, IndexError, KeyError, RuntimeError, TypeError):
+        reason = "parts of it are missing"
+    raise MpisphError(f"{path}: damaged, or not a snapshot of mpisph: {reason}")
+
+
+def _read(path: Path) -> Snapshot:
+    """Read a snapshot; h5py has many kinds of errors for one that is damaged."""
     with h5py.File(path, "r") as file:
         if "mpisph" not in file or "VTKHDF/PointData" not in file:
-            msg = f"{path}: not a snapshot of mpisph"
-            raise ValueError(msg)
+            raise ValueError("it has no particles")
         own = file["mpisph"]
         time, step = float(own.attrs["time"]), int(own.attrs["step"])
         metadata = {name: stored_text(own, name) for name in own}
@@ -185,7 +200,7 @@ def read_series(folder: Path) -> list[tuple[Path, float]]:
         # The base name alone: no list leads out of the run's folder.
         names = [Path(file["name"]).name for file in files]
         times = [float(file["time"]) for file in files]
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return []
     except (ValueError, TypeError, KeyError) as error:
         raise MpisphError(f"{path}: not a list of snapshots") from error

@@ -153,7 +153,7 @@ def read_status(folder: Path) -> Status | None:
     path = folder / STATUS_FILE
     try:
         return Status.model_validate_json(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return None
     except ValueError as error:
         raise MpisphError(

@@ -20,7 +20,7 @@ from mpisph.case.discretise import InitialParticles
 from mpisph.case.initial import complete_particles, read_initial, with_particles
 from mpisph.case.model import INITIAL_FILE
 from mpisph.core.console import open_console
-from mpisph.core.errors import CollectiveError, MpisphError, UnstableError
+from mpisph.core.errors import CollectiveError, InputError, MpisphError, UnstableError
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
 from mpisph.core.words import counted
 from mpisph.io.checkpoint import find_checkpoints, remove_checkpoints
@@ -146,7 +146,7 @@ def resume(
     with FolderLock(comm, folder, session.say):
         before = from_root(comm, lambda: read_status(folder))
         if before is None:
-            raise MpisphError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
+            raise InputError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
         return session.resume_run(case, before)
 
 
