@@ -22,6 +22,7 @@ from mpisph.report.study_tables import (
     setup_tables,
     trouble_tables,
 )
+from mpisph.study.columns import column_label
 from mpisph.study.model import FigureSpec, Study, load_study
 from mpisph.study.paper.best import best_sets
 from mpisph.study.paper.checks import decide
@@ -62,6 +63,8 @@ _CAPTIONS = {
     "Crosses at the bottom of a panel: unstable runs.",
     "map": "A cell for each run: mean of the absolute errors of all measured figures.",
     "shots": "(computed − measured)/measured, for every measured figure.",
+    "columns": "At the end of each run, unless a time is named. Crosses at the bottom, "
+    "or hatched cells: unstable runs.",
     "convergence": "The axis is 1/NPR: the finest runs are on the left.",
 }
 
@@ -282,7 +285,8 @@ def _figures(study: Study, rows: Sequence[Row]) -> list[Figure]:
         if spec is not None and can_draw(given, rows):
             picture = embed(partial(draw_figure, given, rows))
             title = _figure_title(given, spec)
-            figures.append(Figure(title, picture, _CAPTIONS[spec.kind]))
+            kind = "columns" if study.drawn else spec.kind
+            figures.append(Figure(title, picture, _CAPTIONS[kind]))
     return figures
 
 
@@ -297,7 +301,8 @@ def _by_clock(study: Study) -> list[Study]:
     measured = [case.case.measured for case in study.cases]
     shifted = any(m is not None and m.clock_offset for m in measured)
     clocks: tuple[Clock, ...] = ("nominal", "offset") if shifted else ("nominal",)
-    sets = [(clock,) for clock in clocks] if spec.kind == "convergence" else [clocks]
+    alone = spec.kind == "convergence" and not study.drawn
+    sets = [(clock,) for clock in clocks] if alone else [clocks]
     figures = [spec.model_copy(update={"clocks": chosen}) for chosen in sets]
     files = [study.file.model_copy(update={"figure": figure}) for figure in figures]
     return [study._replace(file=file) for file in files]
@@ -306,14 +311,18 @@ def _by_clock(study: Study) -> list[Study]:
 def _figure_title(study: Study, spec: FigureSpec) -> str:
     labels = {name: axis_of(study, name).label or name for name in spec.axes().values()}
     sizes = " and ".join(spec.quantities)
+    if study.drawn:
+        sizes = ", ".join(column_label(name).replace("$", "") for name in study.drawn)
     match spec.kind:
         case "lines":
             return f"{sizes} over {labels[spec.x or '']}"
         case "map":
             x, y = labels[spec.x or ""], labels[spec.lines or ""]
-            return f"Total error over {x} and {y}"
+            return f"{sizes if study.drawn else 'Total error'} over {x} and {y}"
         case "shots":
             return f"Errors of {sizes}"
+        case _ if study.drawn:
+            return f"{sizes} against resolution"
         case _:
             return f"Against resolution, {clock_text(study, spec.clocks[-1])}"
 
@@ -325,7 +334,8 @@ def _convergence(study: Study, rows: Sequence[Row]) -> list[Table]:
         spec = given.file.figure
         if spec is not None and spec.kind == "convergence":
             panels = convergence_panels(given, spec, rows)
-            title = clock_text(given, spec.clocks[-1])
+            clock = clock_text(given, spec.clocks[-1])
+            title = "at the end of the run" if study.drawn else clock
             tables.append(convergence_table(panels, title[0].upper() + title[1:]))
     return [table for table in tables if table.rows]
 

@@ -9,6 +9,7 @@ import numpy as np
 from mpisph.core.words import counted, grouped
 from mpisph.report.page import NONE, Link, Table
 from mpisph.report.run_tables import mm, small
+from mpisph.study.columns import column_label
 from mpisph.study.model import Parameter, Study, Value
 from mpisph.study.paper.ranges import TOTALS, RangeClock
 from mpisph.study.plots.axes import Clock, axis_of, exposures, size_column
@@ -20,6 +21,18 @@ Cells = tuple[str | Link, ...]
 
 _EVEN = 5
 # Numbers at even distances are listed up to here; more are told by their step.
+
+_PLAIN = ("R_b_mm", "L_b_mm", "front_velocity_km_per_s", "cloud_mass_g", "hole_mm")
+# Columns of a study without measurements.
+
+_PLAIN_CAPTION = "At the end of each completed run; sizes by the outermost particle."
+_CAPTION = (
+    "Sizes in mm by the cloud’s outermost particle, in brackets the error against "
+    "the measurement in %; a total error is the mean of the absolute errors of all "
+    "measured figures. Offset: at the exposure time with the case’s clock offset "
+    "added; fitted: with the offset that suits this run best. A dash: not reached, "
+    "or not measured."
+)
 
 
 def setup_tables(study: Study) -> list[Table]:
@@ -54,9 +67,9 @@ def _parameter_rows(study: Study) -> Iterator[Cells]:
 
 def label_of(parameter: Parameter) -> str:
     """Return what a parameter is called, with its unit."""
-    unit = f" [{parameter.unit}]" if parameter.unit else ""
     label = (parameter.label or parameter.name).replace(" = ", "\u00a0=\u00a0")
-    return f"{label}{unit}"
+    named = not parameter.unit or label.endswith("]")
+    return label if named else f"{label} [{parameter.unit}]"
 
 
 def _values(parameter: Parameter) -> str:
@@ -176,22 +189,18 @@ def cases_table(study: Study, rows: Sequence[Row]) -> Table:
         A row for each case. What no run has, has no column.
     """
     sizes = list(_sizes(study, rows))
+    plain = [] if sizes else [name for name in _PLAIN if _any(rows, name)]
     totals = [clock for clock in TOTALS if _any(rows, TOTALS[clock])]
     heads = ["case", *["variant"] * bool(study.file.variants)]
     heads += [label_of(p) for p in study.file.parameters]
     heads += ["state", *(f"total error {clock} [%]" for clock in totals)]
     heads += ["fitted offset [µs]"] * ("fitted" in totals)
     heads += [f"{q} {1e6 * t:g} µs {clock}" for q, t, clock in sizes]
+    heads += [column_label(name).replace("$", "") for name in plain]
     ended = _any(rows, "steps")
     heads += ["energy error", "steps"] * ended
-    cells = [_case_row(study, row, sizes, totals, ended) for row in rows]
-    caption = (
-        "Sizes in mm by the cloud’s outermost particle, in brackets the error against "
-        "the measurement in %; a total error is the mean of the absolute errors of all "
-        "measured figures. Offset: at the exposure time with the case’s clock offset "
-        "added; fitted: with the offset that suits this run best. A dash: not reached, "
-        "or not measured."
-    )
+    cells = [_case_row(study, row, [*sizes, *plain], totals, ended) for row in rows]
+    caption = _PLAIN_CAPTION if plain else _CAPTION
     words = tuple(k for k, head in enumerate(heads) if head in {"variant", "state"})
     return Table("", tuple(heads), cells, caption * ended, numbers=True, words=words)
 
@@ -213,7 +222,7 @@ def _sizes(study: Study, rows: Sequence[Row]) -> Iterator[tuple[str, float, Cloc
 def _case_row(
     study: Study,
     row: Row,
-    sizes: Sequence[tuple[str, float, Clock]],
+    sizes: Sequence[tuple[str, float, Clock] | str],
     totals: Sequence[RangeClock],
     ended: bool,
 ) -> Cells:
@@ -225,7 +234,10 @@ def _case_row(
     cells += [number(row.get(TOTALS[clock]), ".1f") for clock in totals]
     if "fitted" in totals:
         cells.append(number(row.get("fitted_offset_us"), ".2f"))
-    cells += [size_text(row, *what) for what in sizes]
+    cells += [
+        number(row.get(what), ".3g") if isinstance(what, str) else size_text(row, *what)
+        for what in sizes
+    ]
     if ended:
         steps = row.get("steps")
         cells.append(_energy(row.get("energy_error")))

@@ -5,26 +5,32 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from mpisph.case import Case, CaseSource
 from mpisph.case.identity import case_key
+from mpisph.case.times import same_time
 from mpisph.core.errors import CaseError, Problem
-from mpisph.inputs.findings import Origins, integer_problems
+from mpisph.inputs.findings import Finding, Origins, as_problems, integer_problems
 from mpisph.inputs.folder_name import folder_name
 from mpisph.inputs.quantities import (
     Description,
     FrozenModel,
     Identifier,
+    PositiveTime,
     Source,
     TimeOffset,
     Title,
 )
+from mpisph.inputs.spelling import nearest
 from mpisph.inputs.toml_file import read_toml
 from mpisph.inputs.toml_lines import line_numbers
+from mpisph.study.columns import number_columns
+from mpisph.study.designs import Designs, read_designs
 
 MOST_CASES = 100_000
 """More cases than this are taken for a slip."""
@@ -35,7 +41,7 @@ Settings = dict[Key, Value]
 
 
 class Parameter(FrozenModel):
-    """A setting that is varied; the study has every combination of all of them."""
+    """A setting that is varied, in every combination with the others."""
 
     name: Identifier
     """Name of its column in the table."""
@@ -47,6 +53,8 @@ class Parameter(FrozenModel):
     """Unit of the values, where they are numbers; by default SI."""
     label: Description = ""
     """What it is called in figures; by default its name."""
+    joined: bool = False
+    """Whether it varies together with the others that are so: a column of `rows`."""
 
     @property
     def numeric(self) -> bool:
@@ -92,8 +100,11 @@ class FigureSpec(FrozenModel):
     """Parameter, or ``variant``, that each line stands for."""
     panels: Identifier | None = None
     """Parameter, or ``variant``, that each panel stands for."""
+    y: tuple[Annotated[str, Field(max_length=200)], ...] = ()
+    """Columns of the table that are drawn; by default `quantities` at the exposures, or
+    at the end of the run where nothing is measured."""
     quantities: tuple[Literal["R_b", "L_b"], ...] = ("R_b", "L_b")
-    """What is drawn."""
+    """What is drawn at the exposures."""
     exposures: tuple[float, ...] = ()
     """Nominal times of the exposures drawn [us]; by default all."""
     clocks: Annotated[
@@ -102,6 +113,21 @@ class FigureSpec(FrozenModel):
     """Readings of the clock that are drawn; `convergence` takes the last."""
     x_scale: Literal["linear", "log"] = "linear"
     """Scale of the horizontal axis, where it shows numbers."""
+
+    @field_validator("y", mode="before")
+    @classmethod
+    def _one_or_several(cls, value: Any) -> Any:
+        """Take a single column for a list of one."""
+        return [value] if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _check_y(self) -> FigureSpec:
+        """Check that the kind can draw the columns."""
+        if self.kind == "shots" and self.y:
+            raise ValueError("a figure of kind shots has no y")
+        if self.kind == "map" and len(self.y) > 1:
+            raise ValueError("y: a figure of kind map shows one column")
+        return self
 
     def axes(self) -> dict[str, str]:
         """Return the parameter, or ``variant``, of each axis that is given."""
@@ -164,8 +190,12 @@ class StudyFile(FrozenModel):
     """Case file that is varied, relative to this one."""
     set: Settings = Field(default_factory=dict)
     """Settings of all cases."""
-    parameters: Annotated[tuple[Parameter, ...], Field(max_length=20)] = ()
+    parameters: Annotated[tuple[Parameter, ...], Field(max_length=100)] = ()
     """What is varied."""
+    rows: Annotated[str, Field(max_length=500)] | None = None
+    """CSV file of further settings, a case in each row, relative to this file."""
+    times: Annotated[tuple[PositiveTime, ...], Field(max_length=100)] = ()
+    """Times at which the table has columns, besides exposures and the end."""
     derived: Annotated[tuple[Derived, ...], Field(max_length=100)] = ()
     """What follows."""
     variants: Annotated[tuple[Variant, ...], Field(max_length=1000)] = ()
@@ -237,7 +267,8 @@ class StudyFile(FrozenModel):
             raise ValueError(f"figure.x: expected numbers, but {axes['x']} has names")
         if len(set(axes.values())) < len(axes):
             raise ValueError("figure: two axes stand for the same")
-        varied = {p.name for p in self.parameters if len(p.values) > 1}
+        # What the rows of a file vary besides is checked when all cases are known.
+        varied = {p.name for p in self.parameters if len(p.values) > 1 and not p.joined}
         varied |= {"variant"} if len(self.variants) > 1 else set()
         drawn = {*axes.values(), *(["variant"] if kind == "shots" else [])}
         lost = sorted(varied - drawn)
@@ -248,8 +279,9 @@ class StudyFile(FrozenModel):
     @property
     def count(self) -> int:
         """Number of cases."""
-        values = math.prod(len(parameter.values) for parameter in self.parameters)
-        return values * max(len(self.variants), 1)
+        values = math.prod(len(p.values) for p in self.parameters if not p.joined)
+        joined = [len(p.values) for p in self.parameters if p.joined]
+        return values * max(joined, default=1) * max(len(self.variants), 1)
 
 
 class StudyCase(NamedTuple):
@@ -323,6 +355,21 @@ class Study(NamedTuple):
             if not chosen or any(math.isclose(1e6 * time, t) for t in chosen)
         )
 
+    @property
+    def drawn(self) -> tuple[str, ...]:
+        """Columns that the figure draws; empty where it draws measured sizes."""
+        figure = self.file.figure
+        if figure is None or figure.y or self.times():
+            return figure.y if figure else ()
+        return ("R_b_mm",) if figure.kind == "map" else ("R_b_mm", "L_b_mm")
+
+    def columns(self) -> list[str]:
+        """Return the columns of numbers that runs can add to the table."""
+        bodies = [body.name for case in self.cases for body in case.case.bodies]
+        return number_columns(
+            self.times(), self.file.times, list(dict.fromkeys(bodies))
+        )
+
 
 def load_study(path: Path) -> Study:
     """Read a study and make all of its cases.
@@ -342,11 +389,11 @@ def load_study(path: Path) -> Study:
         the file is sound, with those of the cases that it makes, each once.
     """
     folder_name(path)
-    file = _read_file(path)
+    file, designs = _read_file(path)
     cases: list[StudyCase] = []
     problems: dict[str, Problem] = {}
     sources: dict[Path, CaseSource] = {}
-    for index, (variant, settings) in enumerate(_combinations(file)):
+    for index, (variant, row, settings) in enumerate(_combinations(file)):
         base = path.parent / str((variant and variant.base) or file.base)
         overrides = _overrides(file, variant, settings)
         try:
@@ -354,7 +401,8 @@ def load_study(path: Path) -> Study:
                 sources[base] = CaseSource(base)
             case = sources[base].case(overrides)
         except CaseError as error:
-            problems |= {str(problem): problem for problem in error.problems}
+            found = [_placed(problem, designs, row) for problem in error.problems]
+            problems |= {str(problem): problem for problem in found}
             continue
         name = variant.name if variant else ""
         cases.append(StudyCase(index, name, settings, overrides, case, case_key(case)))
@@ -362,23 +410,81 @@ def load_study(path: Path) -> Study:
         first = Problem("the cases of this study are not sound:", file=str(path))
         raise CaseError([first, *problems.values()])
     study = Study(path, file, tuple(cases))
-    if file.figure is not None and not study.times(file.figure.exposures):
-        text = "no case has a measured exposure that is to be drawn"
-        raise CaseError([Problem(text, file=str(path), key="figure")])
+    mistakes = list(_mistakes(study))
+    if mistakes:
+        raise CaseError(mistakes)
     return study
 
 
-def _read_file(path: Path) -> StudyFile:
+def _placed(problem: Problem, designs: Designs | None, row: int) -> Problem:
+    """Return a problem of a case with the line of the design that it comes from."""
+    key = (problem.file or "").removeprefix("--set ").partition("=")[0]
+    if designs is None or key not in {column.key for column in designs.columns}:
+        return problem
+    return replace(problem, file=str(designs.path), line=designs.lines[row])
+
+
+def _mistakes(study: Study) -> Iterator[Problem]:
+    """Require snapshots at the times asked for, and a figure that can be drawn."""
+    file = str(study.path)
+    for time in study.file.times:
+        for case in study.cases:
+            if not any(same_time(time, other) for other in case.case.output_times):
+                text = f"{case.name()} has no snapshot at {1e6 * time:g} us"
+                expected = f"{text}; see output.times and output.every"
+                yield Problem(expected, file=file, key="times")
+                break
+    figure = study.file.figure
+    if figure is None:
+        return
+    if (figure.kind == "shots" or figure.exposures) and not study.times(
+        figure.exposures
+    ):
+        text = "no case has a measured exposure that is to be drawn"
+        yield Problem(text, file=file, key="figure")
+    known = study.columns()
+    for name in figure.y:
+        if name not in known:
+            text = "no column of numbers in the table"
+            guess = nearest(name, known)
+            yield Problem(text, file, key="figure.y", value=name, suggestion=guess)
+    drawn = [*figure.axes().values(), *["variant"] * (figure.kind == "shots")]
+    seen: dict[tuple[Any, ...], StudyCase] = {}
+    for case in study.cases:
+        settings: dict[str, Any] = {**case.settings, "variant": case.variant}
+        place = tuple(settings[name] for name in drawn)
+        other = seen.setdefault(place, case)
+        if other is not case:
+            text = (
+                f"the cases {other.number} ({other.name()}) and {case.number} "
+                f"({case.name()}) have the same place: no axis tells them apart"
+            )
+            yield Problem(text, file=file, key="figure")
+            return
+
+
+def _read_file(path: Path) -> tuple[StudyFile, Designs | None]:
+    """Return a study file, with the columns of its designs among the parameters."""
     text, data = read_toml(path)
     origins = Origins(str(path), line_numbers(text), {})
     problems = integer_problems(data, origins)
     if "bodies" in data:
         line = origins.lines.get(("bodies",))
         problems = [Problem("is a case, not a study", file=str(path), line=line)]
+    given = data.get("parameters", ())
+    for k, parameter in enumerate(given if isinstance(given, list) else ()):
+        if isinstance(parameter, dict) and "joined" in parameter:
+            key = ("parameters", k, "joined")
+            problems += as_problems([Finding(key, "unknown key")], data, origins)
     if problems:
         raise CaseError(problems)
+    designs = None
+    if isinstance(data.get("rows"), str) and isinstance(given, list | tuple):
+        designs = read_designs(path.parent / data["rows"])
+        joined = [{**column._asdict(), "joined": True} for column in designs.columns]
+        data = {**data, "parameters": [*given, *joined]}
     try:
-        return StudyFile.model_validate(data)
+        return StudyFile.model_validate(data), designs
     except ValidationError as error:
         raise CaseError(model_problems(error, origins)) from None
 
@@ -407,13 +513,20 @@ def model_problems(error: ValidationError, origins: Origins) -> list[Problem]:
 
 def _combinations(
     file: StudyFile,
-) -> Iterator[tuple[Variant | None, dict[str, Value]]]:
-    """Return all variants with all combinations of the parameters' values."""
-    names = [parameter.name for parameter in file.parameters]
-    values = [parameter.values for parameter in file.parameters]
+) -> Iterator[tuple[Variant | None, int, dict[str, Value]]]:
+    """Return all variants with all rows and all combinations of the other values.
+
+    A row is given by its number in the file of designs.
+    """
+    free = [parameter for parameter in file.parameters if not parameter.joined]
+    joined = [parameter for parameter in file.parameters if parameter.joined]
+    rows = list(zip(*(p.values for p in joined), strict=True)) or [()]
     for variant in file.variants or (None,):
-        for combination in itertools.product(*values):
-            yield variant, dict(zip(names, combination, strict=True))
+        for number, row in enumerate(rows):
+            chosen = dict(zip((p.name for p in joined), row, strict=True))
+            for values in itertools.product(*(p.values for p in free)):
+                others = dict(zip((p.name for p in free), values, strict=True))
+                yield variant, number, {**others, **chosen}
 
 
 def _overrides(
@@ -421,7 +534,9 @@ def _overrides(
 ) -> tuple[str, ...]:
     """Return what a case changes in its base, the later before the earlier."""
     changes: Settings = {**file.set, **(variant.set if variant else {})}
-    changes |= {p.key: _with_unit(p, settings[p.name]) for p in file.parameters}
+    for p in file.parameters:
+        if not p.joined or settings[p.name] != "":
+            changes[p.key] = _with_unit(p, settings[p.name])
     for derived in file.derived:
         value = settings[derived.parameter]
         if isinstance(value, int | float) and not isinstance(value, bool):
@@ -432,7 +547,9 @@ def _overrides(
 
 def _with_unit(parameter: Parameter, value: Value) -> Value:
     """Return a parameter's value as the case gives it."""
-    return f"{value} {parameter.unit}" if parameter.unit else value
+    if not parameter.unit or isinstance(value, str):
+        return value
+    return f"{value} {parameter.unit}"
 
 
 def _as_text(value: Value) -> str:

@@ -18,7 +18,7 @@ from rich.console import Console
 
 from mpisph.case import Case
 from mpisph.core.errors import CollectiveError, MpisphError
-from mpisph.io.files import write_text
+from mpisph.io.files import write_bytes, write_text
 from mpisph.io.lock import FolderLock, InUseError, in_use
 from mpisph.io.status import FINAL, StatusFile
 from mpisph.parallel.collectives import from_root, on_root
@@ -165,10 +165,13 @@ def run_study(
 
 
 def _keep_copy(study: Study, folder: Path) -> None:
-    """Put a copy of the study file beside its tables."""
+    """Put copies of the study file, and of its rows, beside its tables."""
     folder.mkdir(parents=True, exist_ok=True)
     text = study.path.read_text(encoding="utf-8")
     write_text(folder / "study.toml", text)
+    if study.file.rows is not None:
+        rows = (study.path.parent / study.file.rows).read_bytes()
+        write_bytes(folder / "rows.csv", rows)
 
 
 def _distinct(study: Study, places: Sequence[Place]) -> list[Place]:

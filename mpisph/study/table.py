@@ -8,17 +8,21 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import numpy.typing as npt
+
 from mpisph.analysis.clock_offset import fit_clock
-from mpisph.analysis.hole import measure_hole
+from mpisph.analysis.hole import Hole, measure_hole
 from mpisph.case import Case
 from mpisph.case.times import same_time
 from mpisph.core.errors import MpisphError
+from mpisph.diagnostics.cloud import cloud_definition, in_cloud
 from mpisph.io.files import write_text
 from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.io.result import RESULT_FILE, CloudRecord, Comparison, Result, read_result
 from mpisph.io.snapshot import read_series, read_snapshot
+from mpisph.study.columns import CLOCKS, column, time_label
 from mpisph.study.model import Study, StudyCase
-from mpisph.study.store import Place, case_folder, look_up, study_folder
+from mpisph.study.store import case_folder, look_up, study_folder
 
 Row = dict[str, Any]
 """Values by column; None where there is none."""
@@ -26,11 +30,7 @@ Row = dict[str, Any]
 TABLE_FILE = "table.csv"
 PARQUET_FILE = "table.parquet"
 
-CLOCKS = {"nominal": "", "offset": "_offset"}
-"""What the names of columns add for each reading of the clock."""
-
-_ENDINGS = ("mm", "error_percent", "robust_mm")
-# Of the columns of R_b and L_b.
+TIMES_FILE = "times.csv"
 
 
 def collect(study: Study, root: Path) -> list[Row]:
@@ -46,12 +46,13 @@ def collect(study: Study, root: Path) -> list[Row]:
     -------
     list of dict
         A row for each case, in the order of the study. Lengths are in mm, errors in %;
-        a column's name ends with its unit. ``R_b_6us_mm`` is that of the outermost
-        particle at the nominal time of the exposure at 6 us, ``_offset`` adds the
-        case's clock offset, ``_robust`` means the mass quantile. ``total_error`` is the
-        mean of the absolute errors of all measured figures, as in Lee 3.5; ``_fitted``
-        that with the offset fitted on this very run. ``hole`` is the hole's diameter
-        between the plate's faces, ``hole_opening`` that through its lips.
+        a column's name ends with its unit. ``R_b_mm`` is that of the outermost particle
+        at the end of a completed run, ``R_b_6us_mm`` that at 6 us, the nominal time of
+        an exposure or one of the study's `times`; ``_offset`` adds the case's clock
+        offset, ``_robust`` means the mass quantile. ``total_error`` is the mean of the
+        absolute errors of all measured figures, as in Lee 3.5; ``_fitted`` that with
+        the offset fitted on this very run. ``hole`` is the hole's diameter between the
+        plate's faces, ``hole_opening`` that through its lips. Momenta are axial.
 
     Raises
     ------
@@ -64,7 +65,7 @@ def collect(study: Study, root: Path) -> list[Row]:
     for case in study.cases:
         if case.key not in rows:
             folder = case_folder(root, case)
-            rows[case.key] = _run_columns(case.case, folder, look_up(folder))
+            rows[case.key] = _run_columns(study, case.case, folder)
     return [_case_columns(case) | rows[case.key] for case in study.cases]
 
 
@@ -73,8 +74,9 @@ def _case_columns(case: StudyCase) -> Row:
     return {"case": case.number, "variant": case.variant, **case.settings}
 
 
-def _run_columns(case: Case, folder: Path, place: Place) -> Row:
+def _run_columns(study: Study, case: Case, folder: Path) -> Row:
     """Return the columns that say what the run has come to."""
+    place = look_up(folder)
     row: Row = {
         "run": folder.name,
         "status": place.standing,
@@ -83,10 +85,7 @@ def _run_columns(case: Case, folder: Path, place: Place) -> Row:
     }
     if place.standing not in {"completed", "unstable"}:
         return row
-    try:
-        result = read_result(folder / RESULT_FILE)
-    except ValueError as error:
-        raise MpisphError(f"{folder / RESULT_FILE}: not a result") from error
+    result = _result(folder)
     row |= {
         "particles": result.particles,
         "steps": result.step,
@@ -96,30 +95,36 @@ def _run_columns(case: Case, folder: Path, place: Place) -> Row:
         "version": result.versions.get("mpisph"),
         "revision": result.revision,
     }
-    row |= _cloud_columns(case, result)
-    row |= _hole_columns(case, result, folder)
+    row |= _measured_columns(result)
+    for where, time in _places(result, study.file.times).items():
+        row |= _columns_at(where, time, case, result, folder)
     row |= _fit_columns(case, folder) if place.standing == "completed" else {}
     return row
 
 
-def time_label(time: float) -> str:
-    """Return a time [s] as the names of columns give it, such as ``6us``."""
-    return f"{time * 1e6:g}us"
+def _result(folder: Path) -> Result:
+    path = folder / RESULT_FILE
+    try:
+        return read_result(path)
+    except ValueError as error:
+        raise MpisphError(f"{path}: not a result") from error
 
 
-def _cloud_columns(case: Case, result: Result) -> Row:
+def _measured_columns(result: Result) -> Row:
     """Return R_b, L_b and their errors at every exposure, by both clocks."""
     row: Row = {}
     for c in result.comparisons:
-        robust = "_robust" if c.figure == "robust" else ""
-        where = f"{time_label(c.nominal_time)}{CLOCKS[c.clock]}{robust}"
-        row[f"R_b_{where}_mm"] = _scaled(c.radius, 1e3)
-        row[f"L_b_{where}_mm"] = _scaled(c.length, 1e3)
-        if c.figure == "outermost":
-            row[f"R_b_{where}_error_percent"] = c.radius_error_percent
-            row[f"L_b_{where}_error_percent"] = c.length_error_percent
-            row |= _motion_columns(where, c.time, result.clouds)
-    for clock, suffix in CLOCKS.items():
+        where = _where(c)
+        for name, size, error in (
+            ("R_b", c.radius, c.radius_error_percent),
+            ("L_b", c.length, c.length_error_percent),
+        ):
+            if c.figure == "outermost":
+                row[column(name, where, "mm")] = _scaled(size, 1e3)
+                row[column(name, where, "error_percent")] = error
+            else:
+                row[column(name, where, "robust_mm")] = _scaled(size, 1e3)
+    for clock, suffix in CLOCKS.items() if result.comparisons else ():
         chosen = [c for c in result.comparisons if _is_total(c, clock)]
         row[f"total_error{suffix}_percent"] = total_error(
             error
@@ -133,28 +138,67 @@ def _is_total(c: Comparison, clock: str) -> bool:
     return c.clock == clock and c.figure == "outermost"
 
 
-def _motion_columns(where: str, time: float, clouds: Sequence[CloudRecord]) -> Row:
-    """Return velocity and mass of the cloud at a time."""
-    found = [c for c in clouds if same_time(c.time, time)]
-    if not found:
-        return {}
+def _where(c: Comparison) -> str:
+    return f"{time_label(c.nominal_time)}{CLOCKS[c.clock]}"
+
+
+def _places(result: Result, times: Sequence[float]) -> dict[str, float]:
+    """Return the times that columns are taken at [s], by their part of the name."""
+    places = {_where(c): c.time for c in result.comparisons}
+    places |= {time_label(time): time for time in times}
+    return places | ({"": result.time} if result.status == "completed" else {})
+
+
+def _columns_at(
+    where: str, time: float, case: Case, result: Result, folder: Path
+) -> Row:
+    """Return all that is measured at a time that the run has reached."""
+    clouds = [c for c in result.clouds if same_time(c.time, time)]
+    paths = [p for p, t in read_series(folder) if same_time(t, time)]
+    row = _cloud_columns(where, clouds[0]) if clouds else {}
+    if clouds and paths:
+        arrays = read_snapshot(paths[0]).arrays
+        row |= _hole_columns(where, measure_hole(arrays, case))
+        row |= _momentum_columns(where, arrays, case)
+    return row
+
+
+def _cloud_columns(where: str, cloud: CloudRecord) -> Row:
     return {
-        f"front_velocity_{where}_km_per_s": found[0].front_velocity * 1e-3,
-        f"cloud_mass_{where}_g": found[0].mass * 1e3,
+        column("R_b", where, "mm"): cloud.radius * 1e3,
+        column("R_b", where, "robust_mm"): cloud.radius_robust * 1e3,
+        column("L_b", where, "mm"): cloud.length * 1e3,
+        column("L_b", where, "robust_mm"): cloud.length_robust * 1e3,
+        column("front_velocity", where, "km_per_s"): cloud.front_velocity * 1e-3,
+        column("cloud_mass", where, "g"): cloud.mass * 1e3,
     }
 
 
-def _hole_columns(case: Case, result: Result, folder: Path) -> Row:
-    """Return the hole's diameter at every exposure, by both clocks."""
-    snapshots = read_series(folder)
-    row: Row = {}
-    for c in result.comparisons:
-        if c.figure == "outermost" and c.outcome == "compared":
-            (path,) = (p for p, t in snapshots if same_time(t, c.time))
-            hole = measure_hole(read_snapshot(path).arrays, case)
-            where = f"{time_label(c.nominal_time)}{CLOCKS[c.clock]}"
-            row[f"hole_{where}_mm"] = _scaled(_known(hole.diameter), 1e3)
-            row[f"hole_opening_{where}_mm"] = _scaled(_known(hole.opening), 1e3)
+def _hole_columns(where: str, hole: Hole) -> Row:
+    return {
+        column("hole", where, "mm"): _scaled(_known(hole.diameter), 1e3),
+        column("hole_opening", where, "mm"): _scaled(_known(hole.opening), 1e3),
+    }
+
+
+def _momentum_columns(
+    where: str, arrays: Mapping[str, npt.NDArray[Any]], case: Case
+) -> Row:
+    """Return the cloud's axial momentum; momentum and energies of each body."""
+    m, u_z = arrays["m"], arrays["u_z"]
+    momentum, kinetic = m * u_z, 0.5 * m * (u_z**2 + arrays["u_r"] ** 2)
+    cloud = in_cloud(arrays["z"], u_z, cloud_definition(case))
+    name = column("cloud_momentum_z", where, "kg_m_per_s")
+    row: Row = {name: float(momentum[cloud].sum())}
+    for k, body in enumerate(case.bodies):
+        mine = arrays["body"] == k
+        for quantity, values, unit in (
+            ("momentum_z", momentum, "kg_m_per_s"),
+            ("kinetic_energy", kinetic, "J"),
+            ("internal_energy", m * arrays["E"], "J"),
+        ):
+            name = column(f"{quantity}_{body.name}", where, unit)
+            row[name] = float(values[mine].sum())
     return row
 
 
@@ -197,27 +241,41 @@ def columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     return list(dict.fromkeys(name for row in rows for name in row))
 
 
-def figure_columns(study: Study) -> list[str]:
-    """Return the columns of numbers that runs can add to the table of a study.
+def times_rows(study: Study, root: Path) -> list[Row]:
+    """Return a row for each case at each of its output times that was reached.
 
     Parameters
     ----------
     study : Study
+    root : Path
+        See `store`.
+
+    Returns
+    -------
+    list of dict
+        The cloud over time, in the units of `collect`.
+
+    Raises
+    ------
+    MpisphError
+        If a result cannot be understood.
+    OSError
+        If it cannot be read.
     """
-    names = ["npr", "particles", "steps", "time_us", "wall_s", "energy_error"]
-    names += [f"total_error{suffix}_percent" for suffix in CLOCKS.values()]
-    names += ["fitted_offset_us", "total_error_fitted_percent"]
-    for time in study.times():
-        for suffix in CLOCKS.values():
-            where = f"{time_label(time)}{suffix}"
-            names += [f"{q}_{where}_{e}" for q in ("R_b", "L_b") for e in _ENDINGS]
-            names += [f"front_velocity_{where}_km_per_s", f"cloud_mass_{where}_g"]
-            names += [f"hole_{where}_mm", f"hole_opening_{where}_mm"]
-    return names
+    rows = []
+    for case in study.cases:
+        folder = case_folder(root, case)
+        if look_up(folder).standing in {"completed", "unstable"}:
+            rows += [
+                {**_case_columns(case), "run": folder.name, "time_us": 1e6 * cloud.time}
+                | _cloud_columns("", cloud)
+                for cloud in _result(folder).clouds
+            ]
+    return rows
 
 
 def write_table(study: Study, root: Path, rows: Sequence[Row], parquet: bool) -> Path:
-    """Write the table into the study's folder.
+    """Write the table, and that of the clouds over time, into the study's folder.
 
     Parameters
     ----------
@@ -231,7 +289,7 @@ def write_table(study: Study, root: Path, rows: Sequence[Row], parquet: bool) ->
     Returns
     -------
     Path
-        The CSV file.
+        The CSV file of the table.
 
     Raises
     ------
@@ -242,6 +300,7 @@ def write_table(study: Study, root: Path, rows: Sequence[Row], parquet: bool) ->
     """
     folder = study_folder(root, study)
     write_rows(folder / TABLE_FILE, rows)
+    write_rows(folder / TIMES_FILE, times_rows(study, root))
     if parquet:
         _write_parquet(folder / PARQUET_FILE, rows)
     return folder / TABLE_FILE

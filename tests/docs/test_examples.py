@@ -25,6 +25,7 @@ from mpisph.case.discretise import discretise
 from mpisph.inputs.quantities import si_value
 from mpisph.io.initial_file import write_initial
 from mpisph.materials import Material, card_names
+from mpisph.study.columns import quantities
 from mpisph.study.model import load_study
 
 CASES_PAGE = text_of("cases/README.md")
@@ -52,13 +53,33 @@ def test_pieces_of_a_case_fit_into_it(number, tmp_path, monkeypatch):
 
 
 def test_the_study_is_complete(tmp_path):
-    (text,) = fences(STUDIES_PAGE, "toml")
-    path = tmp_path / "study.toml"
-    path.write_text(text.replace('"cases/', f'"{TOP}/cases/'))
-    study = load_study(path)
+    text, _ = fences(STUDIES_PAGE, "toml")
+    (tmp_path / "study.toml").write_text(text)
+    (tmp_path / "cases").symlink_to(CASES)
+    study = load_study(tmp_path / "study.toml")
     assert len(study.cases) == 9
     viscosities = [c.case.scheme.viscosity for c in study.cases]
     assert all(v.alpha == v.beta for v in viscosities)
+
+
+def test_the_study_of_own_designs_is_complete(tmp_path):
+    _, text = fences(STUDIES_PAGE, "toml")
+    (rows,) = fences(STUDIES_PAGE, "text")
+    (tmp_path / "study.toml").write_text(text)
+    (tmp_path / "designs.csv").write_text(rows)
+    (case,) = fences(text_of("README.md"), "toml")
+    (tmp_path / "rod.toml").write_text(case)
+    study = load_study(tmp_path / "study.toml")
+    assert [c.case.bodies[0].velocity for c in study.cases] == [4e3, 5e3, 6e3]
+    assert study.drawn == ("hole_mm", "kinetic_energy_plate_3us_J")
+
+
+def test_the_columns_are_those_of_a_study():
+    named = set()
+    for cell, _ in table_rows(STUDIES_PAGE, "| column | is |"):
+        named |= set(re.findall(r"`(\w+)`", cell))
+    found = {part for pair in quantities(["NAME"]) for part in pair}
+    assert named == found
 
 
 def test_there_are_no_other_examples():

@@ -11,9 +11,10 @@ import numpy.typing as npt
 from mpisph.case import Case
 from mpisph.core.errors import MpisphError
 from mpisph.io.history import HISTORY_FILE, read_history
+from mpisph.study.columns import time_label
 from mpisph.study.model import Study, StudyCase
 from mpisph.study.store import case_folder, study_folder
-from mpisph.study.table import Row, time_label, total_error, write_rows
+from mpisph.study.table import Row, total_error, write_rows
 
 BEST_FILE = "best.csv"
 

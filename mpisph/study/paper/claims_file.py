@@ -19,7 +19,7 @@ from mpisph.inputs.spelling import nearest
 from mpisph.inputs.toml_file import read_toml
 from mpisph.inputs.toml_lines import line_numbers
 from mpisph.study.model import Study, Value, model_problems
-from mpisph.study.table import Row, figure_columns
+from mpisph.study.table import Row
 
 NEEDS: dict[str, tuple[str, ...]] = {
     "unstable": ("regions",),
@@ -205,7 +205,7 @@ def _unknown_names(attempt: Try, study: Study) -> Iterator[Finding]:
     columns: dict[Key, str] = {
         ("columns", k): name for k, name in enumerate(attempt.columns)
     }
-    yield from _unknown(columns, figure_columns(study), "column", study)
+    yield from _unknown(columns, study.columns(), "column", study)
     variants = [variant.name for variant in study.file.variants]
     bands: dict[Key, str] = {("bands", name): name for name in attempt.bands}
     yield from _unknown(bands, variants, "variant", study)

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 from mpisph.case.sections import Exposure
+from mpisph.study.columns import CLOCKS, column, time_label
 from mpisph.study.model import Study, StudyCase, Value
-from mpisph.study.table import CLOCKS, Row, time_label
+from mpisph.study.table import Row
 
 Clock = Literal["nominal", "offset"]
 
@@ -26,12 +27,15 @@ class Axis(NamedTuple):
         As in the table.
     names : tuple of str
         What the values are called.
+    unit : str, optional
+        Of the values; empty for SI units and pure numbers.
     """
 
     name: str
     label: str
     values: tuple[Value, ...]
     names: tuple[str, ...]
+    unit: str = ""
 
     @property
     def numeric(self) -> bool:
@@ -39,6 +43,12 @@ class Axis(NamedTuple):
         return all(
             isinstance(v, int | float) and not isinstance(v, bool) for v in self.values
         )
+
+    @property
+    def title(self) -> str:
+        """The label, with the unit unless it names that itself."""
+        named = not self.unit or self.label.endswith("]")
+        return self.label if named else f"{self.label} [{self.unit}]"
 
     def titles(self) -> tuple[str, ...]:
         """Return the names; those of numbers with the label before them."""
@@ -69,8 +79,12 @@ def axis_of(study: Study, name: str | None) -> Axis:
         return Axis(name, "", tuple(variant.name for variant in variants), labels)
     (parameter,) = (p for p in study.file.parameters if p.name == name)
     label = parameter.label or parameter.name
-    names = tuple(_value_name(value, label) for value in parameter.values)
-    return Axis(name, label, parameter.values, names)
+    values = parameter.values
+    if parameter.joined:  # in the order of a file, and perhaps several times
+        values = tuple(dict.fromkeys(values))
+        values = tuple(sorted(values)) if parameter.numeric else values
+    names = tuple(_value_name(value, label) for value in values)
+    return Axis(name, label, values, names, parameter.unit)
 
 
 def _value_name(value: Value, label: str) -> str:
@@ -114,7 +128,7 @@ def size_column(quantity: str, time: float, clock: Clock, ending: str) -> str:
     ending : str
         Such as ``mm`` or ``error_percent``.
     """
-    return f"{quantity}_{time_label(time)}{CLOCKS[clock]}_{ending}"
+    return column(quantity, f"{time_label(time)}{CLOCKS[clock]}", ending)
 
 
 def exposures(study: Study) -> list[tuple[StudyCase, Exposure]]:

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from mpisph.analysis.convergence import Convergence, converge
 from mpisph.case.times import same_time
 from mpisph.figures.style import MEASURED, Out, body_colour
+from mpisph.study.columns import CLOCKS, column_words, time_label
 from mpisph.study.model import FigureSpec, Study, Value
 from mpisph.study.plots.axes import (
     SYMBOLS,
@@ -23,7 +24,7 @@ from mpisph.study.plots.axes import (
     value_at,
 )
 from mpisph.study.plots.panels import MARKERS, finish, panel_grid
-from mpisph.study.table import CLOCKS, Row, time_label
+from mpisph.study.table import Row
 
 NOTE = (
     "At ∞: Richardson's extrapolation, with the uncertainty of the finest value as its "
@@ -91,8 +92,9 @@ def convergence_panels(
 ) -> list[ConvergencePanel]:
     """Return what is drawn of quantities against resolution.
 
-    They are those at the earliest exposure, by the last of the figure's clocks: R_b and
-    L_b, outermost and robust, front velocity, mass of the cloud, and the hole.
+    They are the columns that the figure names; else those at the earliest exposure, by
+    the last of the figure's clocks: R_b and L_b, outermost and robust, front velocity,
+    mass of the cloud, and the hole.
 
     Parameters
     ----------
@@ -125,6 +127,8 @@ def _quantities(
     study: Study, spec: FigureSpec
 ) -> list[tuple[str, str, str, dict[Value, float]]]:
     """Return label, unit, column, and what was measured of each variant."""
+    if study.drawn:
+        return [(*column_words(name), name, {}) for name in study.drawn]
     time = study.times(spec.exposures)[0]
     clock: Clock = spec.clocks[-1]
     where = f"{time_label(time)}{CLOCKS[clock]}"
@@ -198,7 +202,8 @@ def _draw_panel(axes: Axes, panel: ConvergencePanel) -> None:
             axes.axhline(panel.scale * series.measured, zorder=1, **style)
     axes.axvline(0.0, color="0.6", linewidth=0.6, zorder=0)
     _label_resolutions(axes, resolutions, right)
-    axes.set_ylabel(f"{panel.quantity} [{panel.unit}]")
+    unit = f" [{panel.unit}]" if panel.unit else ""
+    axes.set_ylabel(f"{panel.quantity}{unit}")
     # The legend stands above what is drawn.
     rows = math.ceil(len(panel.series) / _LEGEND_COLUMNS)
     low, high = axes.get_ylim()

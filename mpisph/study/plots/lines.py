@@ -13,11 +13,11 @@ from matplotlib.lines import Line2D
 from mpisph.case.times import same_time
 from mpisph.core.particles import FloatArray
 from mpisph.figures.style import MEASURED, WIDTH, Out, body_colour
+from mpisph.study.columns import column_label
 from mpisph.study.model import FigureSpec, Study, Value
 from mpisph.study.plots.axes import (
     SYMBOLS,
     Axis,
-    Clock,
     axis_of,
     by_axes,
     clock_text,
@@ -94,6 +94,8 @@ class LinesFigure(NamedTuple):
     bands : sequence of Band
     note : str
         Text below the figure.
+    scattered : bool, optional
+        Whether points without a run are no gaps: the values are those of a file's rows.
     """
 
     title: str
@@ -103,10 +105,11 @@ class LinesFigure(NamedTuple):
     rows: Sequence[LinesRow]
     bands: Sequence[Band[LinesPanel]]
     note: str
+    scattered: bool = False
 
 
 def lines_figure(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> LinesFigure:
-    """Return what is drawn of quantities over a parameter.
+    """Return what is drawn over a parameter: columns, or sizes at the exposures.
 
     Parameters
     ----------
@@ -122,14 +125,18 @@ def lines_figure(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> LinesFi
     """
     x, lines, panels = (axis_of(study, n) for n in (spec.x, spec.lines, spec.panels))
     table = by_axes(rows, (x, lines, panels))
-    times = study.times(spec.exposures)
+    times = [] if study.drawn else study.times(spec.exposures)
     shown = [(quantity, time) for quantity in spec.quantities for time in times[::-1]]
+    clocks: dict[str, Sequence[str]] = {
+        clock_text(study, clock): [size_column(*what, clock, "mm") for what in shown]
+        for clock in spec.clocks
+    }
+    drawn = [LinesRow(column_label(name), True, math.nan) for name in study.drawn]
 
-    def panel(value: Value, title: str, clock: Clock) -> LinesPanel:
+    def panel(value: Value, title: str, names: Sequence[str]) -> LinesPanel:
         cells = [
             [table.get((at, line, value)) for at in x.values] for line in lines.values
         ]
-        names = [size_column(*what, clock, "mm") for what in shown]
         values = [
             [[value_at(r, name) for r in line] for line in cells] for name in names
         ]
@@ -137,20 +144,21 @@ def lines_figure(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> LinesFi
         return LinesPanel(title, np.array(values), np.array(unstable))
 
     bands = {
-        clock_text(study, clock): [
-            panel(value, title, clock)
+        heading: [
+            panel(value, title, names)
             for value, title in zip(panels.values, panels.titles(), strict=True)
         ]
-        for clock in spec.clocks
+        for heading, names in ({"": study.drawn} if drawn else clocks).items()
     }
     return LinesFigure(
         title=study.file.title,
         x=x,
         log_x=spec.x_scale == "log",
         lines=lines,
-        rows=[_row(study, *what, thick=what[1] > times[0]) for what in shown],
+        rows=drawn or [_row(study, *what, what[1] > times[0]) for what in shown],
         bands=_arranged(bands, panels),
-        note=_note(times, rows),
+        note=_note(times, rows) if times else status_note(rows),
+        scattered=any(p.joined for p in study.file.parameters if p.name == x.name),
     )
 
 
@@ -215,8 +223,8 @@ def draw_lines(data: LinesFigure, out: Out) -> None:
         for place in each_panel(grid, data.bands):
             _draw_panel(data, place)
         for axes in grid[-1]:
-            axes.set_xlabel(data.x.label, parse_math=False)
-        finish(figure, _handles(data, strip), data.note, out, data.lines.label)
+            axes.set_xlabel(data.x.title, parse_math=False)
+        finish(figure, _handles(data, strip), data.note, out, data.lines.title)
 
 
 def _draw_panel(data: LinesFigure, place: PanelAxes[LinesPanel]) -> None:
@@ -254,9 +262,10 @@ def _draw_curves(
     if math.isfinite(row.measured):
         axes.axhline(row.measured, zorder=1, **MEASURED)
     for k, (colour, marker) in enumerate(_looks(data)):
+        shown = np.isfinite(values[k]) | (not data.scattered)
         axes.plot(
-            data.x.numbers(),
-            values[k],
+            np.array(data.x.numbers())[shown],
+            values[k][shown],
             color=colour,
             marker=marker,
             # Nothing lies between two categories.

@@ -1,4 +1,4 @@
-"""The figure of the error over two parameters, a map for each value of a third."""
+"""Figures of the error, or of a column: maps over two parameters, by a third."""
 
 import math
 from collections.abc import Sequence
@@ -11,12 +11,13 @@ from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from mpisph.core.particles import FloatArray
 from mpisph.figures.style import Out
+from mpisph.study.columns import column_label
 from mpisph.study.model import FigureSpec, Study, Value
 from mpisph.study.paper.ranges import TOTALS, agreement
 from mpisph.study.plots.axes import (
@@ -45,18 +46,20 @@ DEFAULT_LIMIT = 10.0
 LEVELS = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0)
 """Classes of a map's colours, as multiples of the limit."""
 
+_ERRORS = "mean of the absolute errors [%]"
+
 _HALO = [patheffects.withStroke(linewidth=3.0, foreground="white")]
 _HATCHED: dict[str, Any] = {"facecolor": "0.93", "edgecolor": "0.55", "hatch": "//////"}
 
 
 class MapPanel(NamedTuple):
-    """A map of the error over two parameters.
+    """A map over two parameters.
 
     Attributes
     ----------
     title : str
-    errors : ndarray, shape (y, x)
-        [%]; NaN where there is none.
+    values : ndarray, shape (y, x)
+        NaN where there is none.
     unstable : ndarray of bool, shape (y, x)
         Runs that broke down.
     ranges : sequence, length x
@@ -65,21 +68,24 @@ class MapPanel(NamedTuple):
     """
 
     title: str
-    errors: FloatArray
+    values: FloatArray
     unstable: npt.NDArray[np.bool_]
     ranges: Sequence[tuple[float, float] | tuple[()] | None]
 
 
 class MapFigure(NamedTuple):
-    """Maps of the error.
+    """Maps of the error, or of a column of the table.
 
     Attributes
     ----------
     title : str
     x, y : Axis
         Their values are evenly spaced; those of y are numbers in ascending order.
-    limit : float
-        Error below which cells are outlined, at the middle of the colours [%].
+    label : str
+        What the colours stand for.
+    limit : float or None
+        Error below which cells are outlined, at the middle of the colours [%]; None
+        where no error is shown.
     bands : sequence of Band
     note : str
         Text below the figure.
@@ -88,13 +94,14 @@ class MapFigure(NamedTuple):
     title: str
     x: Axis
     y: Axis
-    limit: float
+    label: str
+    limit: float | None
     bands: Sequence[Band[MapPanel]]
     note: str
 
 
 def map_figure(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> MapFigure:
-    """Return what is drawn of the total error over two or three parameters.
+    """Return what is drawn over two or three parameters: a column, or the total error.
 
     Parameters
     ----------
@@ -112,29 +119,34 @@ def map_figure(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> MapFigure
     y = _ascending(axis_of(study, spec.lines))
     table = by_axes(rows, (x, y, panels))
 
-    def panel(value: Value, title: str, clock: Clock) -> MapPanel:
+    def panel(value: Value, title: str, column: str) -> MapPanel:
         cells = [[table.get((i, j, value)) for i in x.values] for j in y.values]
-        errors = [[value_at(row, TOTALS[clock]) for row in line] for line in cells]
+        values = [[value_at(row, column) for row in line] for line in cells]
         unstable = [[is_unstable(row) for row in line] for line in cells]
         at = [{x.name: i, panels.name: value} for i in x.values]
         ranges = [_ends(study, settings, y) for settings in at]
-        return MapPanel(title, np.array(errors), np.array(unstable), ranges)
+        return MapPanel(title, np.array(values), np.array(unstable), ranges)
 
+    columns = dict.fromkeys(study.drawn, "") or {
+        TOTALS[clock]: clock_text(study, clock) + _alike(study, rows, clock)
+        for clock in spec.clocks
+    }
     bands: list[Band[MapPanel]] = []
-    for clock in spec.clocks:
+    for column, heading in columns.items():
         maps = [
-            panel(value, title, clock)
+            panel(value, title, column)
             for value, title in zip(panels.values, panels.titles(), strict=True)
         ]
-        heading = clock_text(study, clock) + _alike(study, rows, clock)
         bands += in_rows(heading, maps)
+    errors = not study.drawn
     return MapFigure(
         title=study.file.title,
         x=x,
         y=y,
-        limit=study.file.paper.limit_percent or DEFAULT_LIMIT,
+        label=_ERRORS if errors else column_label(study.drawn[0]),
+        limit=(study.file.paper.limit_percent or DEFAULT_LIMIT) if errors else None,
         bands=bands,
-        note=_note(study, rows),
+        note=_note(study, rows) if errors else f"Blank: no run. {status_note(rows)}",
     )
 
 
@@ -187,12 +199,12 @@ def draw_map(data: MapFigure, out: Out) -> None:
     columns = max(len(band.panels) for band in data.bands)
     rows = len(data.bands)
     height = rows * (float(np.clip(0.125 * len(data.y.values), 1.2, 3.0)) + 0.5) + 1.4
-    norm, colours = _error_colours(data.limit)
+    norm, colours, ticks = _colours(data)
     options = {"sharex": True, "sharey": True}
     with panel_grid(data.title, height, rows, columns, **options) as (figure, grid):
         for place in each_panel(grid, data.bands):
             (axes,) = place.axes
-            _draw_errors(axes, place.panel, data.limit, norm, colours)
+            _draw_cells(axes, place.panel, data.limit, norm, colours)
             _draw_ranges(axes, place.panel, data.y.numbers())
         _label_maps(grid, data)
         bar = figure.colorbar(
@@ -201,12 +213,24 @@ def draw_map(data: MapFigure, out: Out) -> None:
             location="bottom",
             aspect=55,
             pad=0.01,
-            extend="max",
-            ticks=[0.0, *(level * data.limit for level in LEVELS)],
+            extend="max" if ticks else "neither",
+            ticks=ticks,
             format="%g",
         )
-        bar.set_label("mean of the absolute errors [%]")
+        bar.set_label(data.label)
         finish(figure, _handles(data), data.note, out)
+
+
+def _colours(data: MapFigure) -> tuple[Normalize, Colormap, list[float] | None]:
+    """Return what gives values their colours, and the ticks of the bar."""
+    if data.limit is not None:
+        norm, colours = _error_colours(data.limit)
+        return norm, colours, [0.0, *(level * data.limit for level in LEVELS)]
+    panels = [panel for band in data.bands for panel in band.panels]
+    values = np.concatenate([panel.values.ravel() for panel in panels])
+    known = values[np.isfinite(values)]
+    low, high = (known.min(), known.max()) if known.size else (0.0, 1.0)
+    return Normalize(low, high), mpl.colormaps["viridis"], None
 
 
 def _error_colours(limit: float) -> tuple[BoundaryNorm, Colormap]:
@@ -224,11 +248,15 @@ def _error_colours(limit: float) -> tuple[BoundaryNorm, Colormap]:
     return BoundaryNorm(boundaries, colours.N, extend="max"), colours
 
 
-def _draw_errors(
-    axes: Axes, panel: MapPanel, limit: float, norm: BoundaryNorm, colours: Colormap
+def _draw_cells(
+    axes: Axes,
+    panel: MapPanel,
+    limit: float | None,
+    norm: Normalize,
+    colours: Colormap,
 ) -> None:
     """Draw the cells, those of unstable runs hatched; outline those below the limit."""
-    shown = np.where(panel.unstable, np.nan, panel.errors)
+    shown = np.where(panel.unstable, np.nan, panel.values)
     ny, nx = shown.shape
     x, y = np.arange(nx + 1) - 0.5, np.arange(ny + 1) - 0.5
     axes.pcolormesh(x, y, shown, norm=norm, cmap=colours)
@@ -238,6 +266,8 @@ def _draw_errors(
         cells = axes.pcolor(x, y, hatched, cmap=plain, hatch=_HATCHED["hatch"])
         cells.set_edgecolor(_HATCHED["edgecolor"])
         cells.set_linewidth(0.0)
+    if limit is None:
+        return
     below = np.nan_to_num(shown, nan=np.inf) < limit
     edges = LineCollection(_outline(below), colors="black", linewidths=1.1, zorder=3)
     axes.add_collection(edges)
@@ -307,17 +337,20 @@ def _label_maps(grid: Grid, data: MapFigure) -> None:
         axes.tick_params(length=0, labelsize=7.5)
     for axes in grid[-1]:
         axes.set_xticks(range(len(x)), x, rotation=90 if crowded else 0)
-        axes.set_xlabel(data.x.label, parse_math=False)
+        axes.set_xlabel(data.x.title, parse_math=False)
     for axes in grid[:, 0]:
         # Counted from the second, as 0.5 1.0 1.5 ... gives whole numbers.
         axes.set_yticks(range(step - 1, len(y), step), y[step - 1 :: step])
-        axes.set_ylabel(data.y.label, parse_math=False)
+        axes.set_ylabel(data.y.title, parse_math=False)
 
 
 def _handles(data: MapFigure) -> list[Any]:
     panels = [panel for band in data.bands for panel in band.panels]
-    below = f"below {data.limit:g} %"
-    handles: list[Any] = [Patch(facecolor="none", edgecolor="black", label=below)]
+    handles: list[Any] = []
+    below = ""
+    if data.limit is not None:
+        below = f"below {data.limit:g} %"
+        handles = [Patch(facecolor="none", edgecolor="black", label=below)]
     if any(panel.unstable.any() for panel in panels):
         handles.append(Patch(label="unstable run", linewidth=0.0, **_HATCHED))
     if any(ends for panel in panels for ends in panel.ranges):

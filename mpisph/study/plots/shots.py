@@ -138,7 +138,8 @@ def shots_figure(study: Study, spec: FigureSpec, rows: Sequence[Row]) -> ShotsFi
 
 def _shots(study: Study, spec: FigureSpec) -> list[_Shot]:
     """Return each variant with each of its exposures that is drawn."""
-    names = dict(zip(*axis_of(study, "variant")[2:], strict=True))
+    variants = axis_of(study, "variant")
+    names = dict(zip(variants.values, variants.names, strict=True))
     times = study.times(spec.exposures)
     found = {
         (case.variant, exposure.time): _Shot(

@@ -17,7 +17,7 @@ from mpisph.study.paper.claims import Answer, answer_claims, as_markdown, as_tab
 from mpisph.study.paper.claims_file import NEEDS, Claim, Try, load_claims
 from mpisph.study.paper.verdict import Verdict
 from mpisph.study.runner import run_study
-from mpisph.study.table import collect, figure_columns
+from mpisph.study.table import collect
 
 SHIPPED = CASES / "studies" / "claims.toml"
 
@@ -497,7 +497,7 @@ def test_a_claim_is_answered_from_runs(tmp_path):
     # A file of claims may name the columns that a run fills, and no others.
     found = collect(study, root)[0]
     filled = {name for name, value in found.items() if isinstance(value, int | float)}
-    known = set(figure_columns(study))
+    known = set(study.columns())
     assert filled - {"case", *study.cases[0].settings} <= known
     assert {n for n in known if "_6us_" in n and "offset" not in n} <= filled
 

@@ -210,8 +210,8 @@ def test_a_map_is_in_ascending_order_beside_the_papers_ranges(tmp_path):
     assert (data.y.numbers(), data.limit) == ([1.0, 2.5, 5.0], 8.0)
     nominal, offset = data.bands
     wanted = np.array([[1.0, 11.0], [2.5, 12.5], [5.0, 15.0]])
-    np.testing.assert_array_equal(nominal.panels[0].errors, wanted)
-    np.testing.assert_array_equal(offset.panels[0].errors, wanted + 100.0)
+    np.testing.assert_array_equal(nominal.panels[0].values, wanted)
+    np.testing.assert_array_equal(offset.panels[0].values, wanted + 100.0)
     assert nominal.panels[0].ranges == [(1.0, math.inf), ()]
     # All six as in the paper; with the offset the three of the second column.
     assert nominal.heading == "nominal exposure time: 100 % of 6 cells as in the paper"
@@ -232,7 +232,7 @@ def test_unstable_runs_have_no_error_in_a_map(tmp_path):
     rows[0]["status"] = "unstable"
     panel = map_figure(study, study.file.figure, rows).bands[0].panels[0]
     assert panel.unstable.tolist() == [[False] * 2, [False] * 2, [True, False]]
-    assert np.isnan(panel.errors[2, 0])
+    assert np.isnan(panel.values[2, 0])
 
 
 def test_table_5_has_a_panel_for_each_npr_with_all_ranges():
@@ -240,7 +240,7 @@ def test_table_5_has_a_panel_for_each_npr_with_all_ranges():
     rows = table(study, lambda *_: 5.0)
     band, _ = map_figure(study, study.file.figure, rows).bands
     assert [panel.title for panel in band.panels] == [f"NPR {n}" for n in range(4, 11)]
-    assert all(panel.errors.shape == (19, 6) for panel in band.panels)
+    assert all(panel.values.shape == (19, 6) for panel in band.panels)
     assert band.panels[0].ranges == [(), (), (0.5, 1.0), (0.3, 0.6), (), ()]
     assert band.panels[2].ranges[2:4] == [(3.0, 9.5), (2.0, 7.0)]
     assert band.panels[6].ranges[4] == (5.0, math.inf)
@@ -387,7 +387,7 @@ def test_draw_writes_the_figure_and_collect_all_tables(tmp_path, monkeypatch):
         study_group, ["collect", *arguments], obj=SignalHandler()
     )
     assert result.output.split() == [str(folder / "table.csv")]
-    names = {"figure.png", "table.csv", "ranges.csv", "ranges.md"}
+    names = {"figure.png", "table.csv", "times.csv", "ranges.csv", "ranges.md"}
     assert {path.name for path in folder.iterdir()} == names
 
 

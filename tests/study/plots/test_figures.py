@@ -201,6 +201,7 @@ def map_data(ranges=(None, None, None), **changes):
         title="A map",
         x=Axis("nph", "NPH", (1.0, 1.5, 2.0), ("1.0", "1.5", "2.0")),
         y=Axis("alpha", "alpha", (0.5, 1.0), ("0.5", "1.0")),
+        label="error [%]",
         limit=10.0,
         bands=[Band("nominal", [panel]), Band("offset", [panel])],
         note="A note.",
