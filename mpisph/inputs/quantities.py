@@ -135,6 +135,7 @@ def _failure(problem: str, si_unit: str) -> PydanticCustomError:
     )
 
 
+@lru_cache(maxsize=4096)
 def _parse(text: str, si_unit: str) -> float:
     """Return the SI value of a string such as ``"6.72 km/s"``."""
     if len(text) > _LONGEST:
@@ -231,7 +232,7 @@ def one_line(text: str) -> str:
     writing, which show a text in another order than it has, are among those refused;
     the joiners that some scripts need are not.
     """
-    for c in text:
+    for c in text if not text.isprintable() else "":
         if unicodedata.category(c) in _CONTROLS and c not in "\u200c\u200d":
             raise PydanticCustomError(
                 "one_line", "expected one line without control characters"
