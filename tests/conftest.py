@@ -16,9 +16,9 @@ hypothesis.settings.load_profile("mpisph")
 
 def pytest_addoption(parser):
     text = "how many runs to kill at random moments, four times each"
-    parser.addoption("--killed-runs", type=int, default=2, help=text)
+    parser.addoption("--killed-runs", type=int, default=1, help=text)
     text = "how many commands to try on runs with a damaged file"
-    parser.addoption("--damaged-files", type=int, default=20, help=text)
+    parser.addoption("--damaged-files", type=int, default=10, help=text)
 
 
 def pytest_generate_tests(metafunc):

@@ -9,6 +9,7 @@ from rich.console import Console
 
 from mpisph.case import load_case
 from mpisph.run.session import run
+from mpisph.run.signals import SignalHandler
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 
@@ -30,6 +31,18 @@ def small_run(folder, *overrides, case=SHOT):
     with open("/dev/null", "w") as silent:
         console = Console(file=silent)
         return run(load_case(case, overrides), MPI.COMM_SELF, folder, console)
+
+
+class StopAt(SignalHandler):
+    """A handler to whom a signal comes before the n-th step that it sees."""
+
+    def __init__(self, n):
+        super().__init__()
+        self.left = n
+
+    def signal_request(self):
+        self.left -= 1
+        return 115 if self.left == 0 else 0
 
 
 def unended(folder, source, **changes):

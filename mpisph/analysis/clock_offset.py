@@ -28,7 +28,7 @@ from mpisph.core.errors import MpisphError
 from mpisph.core.particles import FloatArray
 from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.io.result import RESULT_FILE, read_result
-from mpisph.io.status import read_status
+from mpisph.io.run_folder import known_status
 
 PREDICTIONS = (
     "The offset is fitted on this shot alone. It goes unchanged into the cases of the "
@@ -293,7 +293,7 @@ def clock_run(folder: Path, case: Case) -> ClockRun:
     OSError
         If a file cannot be read.
     """
-    status = read_status(folder)
+    status = known_status(folder)
     state = status.state if status else "not begun"
     if status is None or state != "completed":
         reached = f", t = {status.time * 1e6:.2f} us" if status else ""

@@ -86,20 +86,28 @@ def run_command(
 
 @click.command("resume")
 @runs_argument
+@set_option
 @walltime_option
 @click.pass_obj
 def resume_command(
-    signals: SignalHandler, folders: tuple[Path, ...], walltime: float | None
+    signals: SignalHandler,
+    folders: tuple[Path, ...],
+    overrides: tuple[str, ...],
+    walltime: float | None,
 ) -> None:
     """Continue the runs in folders, on any number of ranks.
 
     A run continues from its last sound checkpoint, or from the beginning where there
-    is none. One that has ended is not repeated.
+    is none. One that has ended is not repeated, but one that has completed can be made
+    longer: --set time.end=30us.
     """
     from mpisph.run.session import resume
 
     comm = MPI.COMM_WORLD
-    runs = [partial(resume, comm, folder, signals=signals) for folder in folders]
+    runs = [
+        partial(resume, comm, folder, overrides=overrides, signals=signals)
+        for folder in folders
+    ]
     _finish_runs(signals, walltime, folders, runs)
 
 
@@ -174,6 +182,8 @@ def _say_ending(folder: Path, result: "Result") -> None:
         highlight=False,
         soft_wrap=True,
     )
+    for text in result.damage:
+        click.echo(f"warning: {folder}/{text}", err=True)
     if result.status == "unstable":
         text = f"unstable ({result.reason}) at step {result.step}: {result.detail}"
         click.echo(text, err=True)

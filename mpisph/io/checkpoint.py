@@ -141,6 +141,7 @@ def read_checkpoint(comm: MPI.Intracomm, path: Path) -> Checkpoint:
     OSError
         On all ranks, if it cannot be read.
     """
+    on_root(comm, lambda: _check_kind(path))
     digest = _digest(comm, path)
     on_root(comm, lambda: _check_header(path, digest))
     found: list[Checkpoint] = []
@@ -148,15 +149,29 @@ def read_checkpoint(comm: MPI.Intracomm, path: Path) -> Checkpoint:
     return found[0]
 
 
-def set_aside(path: Path) -> Path:
-    """Rename a damaged checkpoint, so that it is not taken for one; call it on rank 0.
+def read_state(path: Path) -> str:
+    """Return the text in a checkpoint, without looking at the rest of the file.
 
-    Returns
-    -------
-    Path
-        Its new name.
+    Raises
+    ------
+    DamagedError
+        If there is none.
+    OSError
+        If the file cannot be read.
     """
-    return path.replace(path.with_name(f"{path.name}.damaged"))
+    _check_kind(path)
+    try:
+        with h5py.File(path, "r") as file:
+            return stored_text(file, "state")
+    except (KeyError, ValueError, TypeError, RuntimeError) as error:
+        raise DamagedError(f"{path}: no checkpoint") from error
+
+
+def _check_kind(path: Path) -> None:
+    """Raise where a name is that of a folder or a pipe, or of a link that is broken."""
+    is_name = path.is_symlink() or path.exists()
+    if is_name and not path.is_file():
+        raise DamagedError(f"{path}: is no file")
 
 
 def _write_state(state: str, file: h5py.File, _: int) -> None:
@@ -236,6 +251,18 @@ def _prune(newest: Path) -> None:
             path.unlink()
 
 
+def keep_last_checkpoint(folder: Path) -> None:
+    """Remove all checkpoints but the last, as far as that is possible.
+
+    Call it on rank 0.
+    """
+    last = next((path for path in find_checkpoints(folder) if path.is_file()), None)
+    for path in (folder / CHECKPOINTS_FOLDER).glob("checkpoint_*"):
+        if path != last:
+            with suppress(OSError):
+                path.unlink()
+
+
 def remove_checkpoints(folder: Path) -> None:
     """Remove the checkpoints in the folder of a run; call it on rank 0.
 
@@ -246,6 +273,7 @@ def remove_checkpoints(folder: Path) -> None:
     """
     place = folder / CHECKPOINTS_FOLDER
     for path in place.glob("checkpoint_*"):
-        path.unlink()
+        if path.is_symlink() or not path.is_dir():
+            path.unlink()
     with suppress(OSError):  # other files in it, or a link instead of a folder
         place.rmdir()

@@ -1,6 +1,8 @@
 """Files that appear whole or not at all, and files that grow line by line."""
 
+import errno
 import os
+import stat
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -91,6 +93,32 @@ def naming(path: Path) -> Iterator[None]:
         raise
 
 
+def read_text(path: Path) -> str:
+    """Return the text of a file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, or is no file: a pipe would keep its reader for ever.
+    ValueError
+        If it is no UTF-8.
+    """
+    check_regular(path)
+    return path.read_text(encoding="utf-8")
+
+
+def check_regular(path: Path) -> None:
+    """Raise where a name is not that of a file, but of a folder or a pipe.
+
+    Raises
+    ------
+    OSError
+        Also where there is nothing, as behind a link that leads nowhere.
+    """
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise OSError(errno.EINVAL, "is not a file", str(path))
+
+
 def replace_file(part: Path, path: Path) -> None:
     """Give the finished file `part` its name, surviving a loss of power.
 
@@ -150,6 +178,30 @@ def write_bytes(path: Path, content: bytes) -> None:
     except OSError:
         part.unlink(missing_ok=True)
         raise
+
+
+def set_aside(path: Path) -> Path:
+    """Rename a damaged file, so that it is not taken for a sound one.
+
+    Parameters
+    ----------
+    path : Path
+        It may be a folder or a link that leads nowhere.
+
+    Returns
+    -------
+    Path
+        Its new name.
+
+    Raises
+    ------
+    OSError
+        If it cannot be renamed.
+    """
+    aside = path.with_name(f"{path.name}.damaged")
+    while os.path.lexists(aside):
+        aside = aside.with_name(f"{aside.name}.damaged")
+    return path.replace(aside)
 
 
 def sync(path: Path) -> None:

@@ -1,17 +1,20 @@
 """The history of a run: one line of ``history.csv`` for every few steps."""
 
 import csv
+import hashlib
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
+from pydantic import BaseModel, ConfigDict
 
 from mpisph.diagnostics.series import SERIES
-from mpisph.io.files import LineFile, write_text
+from mpisph.io.files import LineFile, check_regular, read_text, set_aside, write_text
 
 HISTORY_FILE = "history.csv"
 
@@ -54,6 +57,19 @@ HEADER = tuple(
 
 _NAMES = tuple(column.name for column in COLUMNS)
 _INTEGERS = frozenset({"step"})
+_CHUNK = 2**20
+# Bytes that are hashed at a time.
+
+
+class Beginning(BaseModel):
+    """What a history begins with."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    size: int
+    """[bytes]."""
+    sha256: str
+    """Digest of so many bytes."""
 
 
 class History(LineFile):
@@ -78,33 +94,103 @@ class History(LineFile):
 
     def __init__(self, folder: Path, comm: MPI.Intracomm, kept: int = 0) -> None:
         path = folder / HISTORY_FILE if comm.rank == 0 else None
+        self._digest = hashlib.sha256()
         if path is not None and kept > 0:
             os.truncate(path, kept)
         elif path is not None:
             write_text(path, _line(HEADER))
+        if path is not None:
+            self._digest = _digest(path)
         super().__init__(path)
 
     def add(self, row: Row) -> None:
         """Write one line; numbers keep all of their digits."""
-        self.write(_line([_text(name, row[name]) for name in _NAMES]))
+        line = _line([_text(name, row[name]) for name in _NAMES])
+        self.write(line)
+        self._digest.update(line.encode())
+
+    def saved(self) -> Beginning:
+        """Bring all lines to the disk and return what has been written.
+
+        Raises
+        ------
+        OSError
+            If they cannot be brought there.
+        """
+        return Beginning(size=self.save(), sha256=self._digest.hexdigest())
 
 
-def kept_history(folder: Path, size: int) -> int:
-    """Return `size` where a run's history is at least so long, else 0.
+def begins_with(folder: Path, beginning: Beginning) -> bool:
+    """Say whether a run's history still begins with what was written."""
+    path = folder / HISTORY_FILE
+    try:
+        check_regular(path)
+        return _digest(path, beginning.size).hexdigest() == beginning.sha256
+    except OSError:
+        return False
+
+
+def _digest(path: Path, size: int | None = None) -> "hashlib._Hash":
+    """Return the digest of a file, or of its first bytes."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        left = path.stat().st_size if size is None else size
+        while chunk := file.read(min(left, _CHUNK)):
+            digest.update(chunk)
+            left -= len(chunk)
+    return digest
+
+
+def keep_rows(folder: Path, step: int, every: int) -> tuple[int, int]:
+    """Rewrite a damaged history with the rows that can still be read.
 
     Parameters
     ----------
     folder : Path
         Folder of the run.
-    size : int
-        Of the lines that were written up to some step [bytes].
+    step : int
+        Rows of this step and of later ones are left out.
+    every : int
+        Steps between two rows.
+
+    Returns
+    -------
+    rows : int
+        How many are kept. Whether one of them was altered cannot be told.
+    wanted : int
+        How many there should be.
+
+    Raises
+    ------
+    OSError
+        If the history cannot be written.
     """
+    path = folder / HISTORY_FILE
+    text = ""
+    with suppress(OSError):
+        check_regular(path)
+        text = path.read_bytes().decode(errors="replace")
+    wanted = range(0, step, every)
+    rows = {}
+    for line in text.splitlines():
+        number = _step_of(line)
+        if number in wanted:
+            rows[number] = line  # of two lines, one has an altered step
+    if path.is_dir():
+        set_aside(path)
+    lines = [",".join(HEADER), *(rows[number] for number in sorted(rows))]
+    write_text(path, "\n".join(lines) + "\n")
+    return len(rows), len(wanted)
+
+
+def _step_of(line: str) -> int:
+    """Return the step of a row; -1 where it is none."""
+    cells = line.split(",")
     try:
-        with (folder / HISTORY_FILE).open("rb") as file:
-            file.seek(max(size - 1, 0))
-            return size if file.read(1) == b"\n" else 0
-    except OSError:
-        return 0
+        numbers = [float(cell) for cell in cells]
+        return int(cells[0]) if len(numbers) == len(COLUMNS) else -1
+    except ValueError:
+        return -1
 
 
 def read_history(path: Path) -> npt.NDArray[Any]:
@@ -134,7 +220,7 @@ def read_history(path: Path) -> npt.NDArray[Any]:
 
 def _read_rows(path: Path) -> list[list[str]]:
     """Return the complete lines below the header, split into cells."""
-    complete, _, _ = path.read_text(encoding="utf-8").rpartition("\n")
+    complete, _, _ = read_text(path).rpartition("\n")
     rows = list(csv.reader(complete.splitlines()))
     if not rows or tuple(rows[0]) != HEADER:
         msg = f"{path}: not a history; its header should be {','.join(HEADER)}"

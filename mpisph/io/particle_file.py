@@ -4,6 +4,7 @@ Rows are in id order, in whole columns. A file is written aside, brought to the 
 renamed, so that what bears its name is complete.
 """
 
+import errno
 import io
 import os
 import signal
@@ -24,6 +25,9 @@ from mpisph.parallel.collectives import caught, on_root, raise_together
 from mpisph.parallel.redistribution import by_id_blocks, gather_all
 
 Writer = Literal["auto", "parallel", "gather"]
+
+LONGEST_NAME = 240
+"""Bytes of a file's name that every MPI takes; Open MPI 4.1 aborts with 250."""
 
 CLOSING_TIME = 3
 """How long closing a file may take after an error [s]."""
@@ -221,10 +225,15 @@ def _write_parallel(
     transfer.set_dxpl_mpio(h5py.h5fd.MPIO_COLLECTIVE)
 
     def write() -> None:
-        with _opened(part, driver="mpio", comm=comm) as file:
+        with _opened(short, driver="mpio", comm=comm) as file:
             _write_columns(file, block, transfer, layout)
 
-    raise_together(comm, caught(write))
+    with _folder_opened(comm, part) as short:
+        error = caught(write)
+        if isinstance(error, OSError):
+            text = (error.strerror or str(error)).replace(str(short), str(part))
+            error = OSError(error.errno or errno.EIO, text)
+        raise_together(comm, error)
 
 
 def _write_gathered(
@@ -241,6 +250,38 @@ def _write_gathered(
             _write_columns(file, block, transfer, layout)
 
     on_root(comm, write)
+
+
+@contextmanager
+def _folder_opened(comm: MPI.Intracomm, path: Path) -> Iterator[Path]:
+    """Yield a name of some 40 characters for a file, good in this process and block.
+
+    Open MPI aborts in the C library where a name has more than `LONGEST_NAME` bytes.
+    """
+    opened: list[int] = []
+    try:
+        # Together: a rank that left alone would leave the others opening the file.
+        raise_together(comm, caught(lambda: opened.append(_open_folder(path))))
+        short = _short_name(opened[0], path)
+        yield short if short.exists() else path
+    finally:
+        for folder in opened:
+            os.close(folder)
+
+
+def _open_folder(path: Path) -> int:
+    """Open the folder of a file; refuse one whose name MPI would not take."""
+    folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+    is_long = len(os.fsencode(path)) > LONGEST_NAME
+    if is_long and not _short_name(folder, path).exists():
+        os.close(folder)
+        text = f"longer than the {LONGEST_NAME} bytes that MPI takes here"
+        raise OSError(errno.ENAMETOOLONG, text, str(path))
+    return folder
+
+
+def _short_name(folder: int, path: Path) -> Path:
+    return Path(f"/proc/self/fd/{folder}", path.name)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from mpisph.case import Case
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
 from mpisph.diagnostics.cloud import CloudFigure, CloudMeasure, cloud_size, compare
-from mpisph.io.files import write_text
+from mpisph.io.files import read_text, write_text
 
 RESULT_FILE = "result.json"
 
@@ -148,6 +148,9 @@ class Result(_Model):
     """Versions of the software."""
     revision: str
     """Revision of the source."""
+    damage: tuple[str, ...] = ()
+    """Files that were found damaged or missing when the run was resumed, and could not
+    be written again."""
 
 
 def write_result(folder: Path, result: Result) -> Path:
@@ -184,7 +187,7 @@ def read_result(path: Path) -> Result:
     ValueError
         If it is not a result.
     """
-    return Result.model_validate_json(path.read_text(encoding="utf-8"))
+    return Result.model_validate_json(read_text(path))
 
 
 def make_comparisons(

@@ -9,7 +9,8 @@ resolved case.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +22,7 @@ from mpi4py import MPI
 
 from mpisph.core.errors import MpisphError
 from mpisph.core.particles import FIELDS, Particles
-from mpisph.io.files import naming, write_text
+from mpisph.io.files import check_regular, naming, read_text, write_text
 from mpisph.io.particle_file import (
     Column,
     FileLayout,
@@ -121,12 +122,17 @@ def write_snapshot(
         On all ranks, if an id lies outside its range, or if `writer` is
         ``parallel`` and h5py was built without MPI.
     """
-    path = folder / SNAPSHOTS_FOLDER / f"snapshot_{index:05d}.vtkhdf"
+    path = snapshot_path(folder, index)
     header = _Header(time, step, metadata)
     layout = FileLayout("snapshot", "VTKHDF", _COLUMNS, partial(_write_rest, header))
     write_particle_file(comm, path, particles, n_total, layout, writer=writer)
     on_root(comm, lambda: _update_series(folder, path, time))
     return path
+
+
+def snapshot_path(folder: Path, index: int) -> Path:
+    """Return the file of a run's snapshot."""
+    return folder / SNAPSHOTS_FOLDER / f"snapshot_{index:05d}.vtkhdf"
 
 
 def read_snapshot(path: Path) -> Snapshot:
@@ -149,6 +155,7 @@ def read_snapshot(path: Path) -> Snapshot:
     """
     try:
         with naming(path):
+            check_regular(path)
             return _read(path)
     except OSError as error:
         if error.errno is not None:
@@ -176,6 +183,31 @@ def _read(path: Path) -> Snapshot:
     return Snapshot(time, step, metadata.get("case", ""), arrays, metadata)
 
 
+def snapshot_time(path: Path) -> float:
+    """Return the time of a snapshot whose columns are all there [s].
+
+    Raises
+    ------
+    OSError
+        If the file is missing or is not HDF5.
+    ValueError
+        If the file is not a snapshot of this program.
+    """
+    check_regular(path)
+    with h5py.File(path, "r") as file:
+        try:
+            group = file["VTKHDF"]
+            rows = {group[c.name].shape[0] - c.closed for c in _COLUMNS}
+            time = float(file["mpisph"].attrs["time"])
+        except (
+            KeyError, TypeError, AttributeError, IndexError, RuntimeError
+        ) as error:  # fmt: skip
+            raise ValueError(f"{path}: not a snapshot of mpisph") from error
+    if len(rows) != 1:
+        raise ValueError(f"{path}: not a snapshot of mpisph")
+    return time
+
+
 def read_series(folder: Path) -> list[tuple[Path, float]]:
     """Return the snapshots listed in a run's folder, with their times [s].
 
@@ -187,36 +219,49 @@ def read_series(folder: Path) -> list[tuple[Path, float]]:
     Returns
     -------
     list of (Path, float)
-        In order of time; empty where nothing has been written.
-
-    Raises
-    ------
-    MpisphError
-        If the list cannot be understood.
+        In order of time; empty where nothing has been written. Where the list is
+        missing or damaged, the snapshots in the folder that can be read.
     """
-    path = folder / SERIES_FILE
     try:
-        files = json.loads(path.read_text(encoding="utf-8"))["files"]
+        files = json.loads(read_text(folder / SERIES_FILE))["files"]
         # The base name alone: no list leads out of the run's folder.
         names = [Path(file["name"]).name for file in files]
         times = [float(file["time"]) for file in files]
-    except (FileNotFoundError, NotADirectoryError):
-        return []
-    except (ValueError, TypeError, KeyError) as error:
-        raise MpisphError(f"{path}: not a list of snapshots") from error
+    except (OSError, ValueError, TypeError, KeyError):
+        return _found(folder)
     paths = [folder / SNAPSHOTS_FOLDER / name for name in names]
     return list(zip(paths, times, strict=True))
+
+
+def _found(folder: Path) -> list[tuple[Path, float]]:
+    """Return the snapshots in a folder that can be read, with their times."""
+    found = []
+    for path in sorted((folder / SNAPSHOTS_FOLDER).glob("snapshot_*.vtkhdf")):
+        with suppress(OSError, ValueError):
+            found.append((path, snapshot_time(path)))
+    return found
+
+
+def write_series(folder: Path, snapshots: Sequence[tuple[Path, float]]) -> None:
+    """Write the list of a run's snapshots, with their times [s].
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    files = [
+        {"name": f"{SNAPSHOTS_FOLDER}/{path.name}", "time": time}
+        for path, time in snapshots
+    ]
+    series = {"file-series-version": "1.0", "files": files}
+    write_text(folder / SERIES_FILE, json.dumps(series, indent=1) + "\n")
 
 
 def _update_series(folder: Path, path: Path, time: float) -> None:
     """Rewrite the list of snapshots so that it ends with `path`."""
     earlier = [entry for entry in read_series(folder) if entry[0].name < path.name]
-    files = [
-        {"name": f"{SNAPSHOTS_FOLDER}/{file.name}", "time": file_time}
-        for file, file_time in [*earlier, (path, time)]
-    ]
-    series = {"file-series-version": "1.0", "files": files}
-    write_text(folder / SERIES_FILE, json.dumps(series, indent=1) + "\n")
+    write_series(folder, [*earlier, (path, time)])
 
 
 def _write_rest(header: _Header, file: h5py.File, n: int) -> None:

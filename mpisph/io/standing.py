@@ -4,7 +4,8 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from mpisph.io.lock import in_use
-from mpisph.io.status import FINAL, State, Status, read_status
+from mpisph.io.run_folder import known_status
+from mpisph.io.status import FINAL, State, Status
 
 
 class Standing(NamedTuple):
@@ -31,17 +32,15 @@ def standing(folder: Path) -> Standing:
 
     Raises
     ------
-    MpisphError
-        If its status cannot be understood.
     OSError
         If it cannot be read.
     """
-    status = read_status(folder)
+    status = known_status(folder)
     if status is not None and status.state in FINAL:
         return Standing(status.state, status.reason or "", status)
     if in_use(folder):
         return Standing("running", "", status)
-    status = read_status(folder)  # it may have ended between the two looks
+    status = known_status(folder)  # it may have ended between the two looks
     if status is None:
         return Standing("to do", "", None)
     if status.state == "running":

@@ -1,4 +1,7 @@
-"""How a run stands: ``status.json``, the word that counts."""
+"""How a run stands: ``status.json``, the word that counts.
+
+`run_folder.known_status` stands in for a file that is damaged or missing.
+"""
 
 import os
 from contextlib import suppress
@@ -10,7 +13,7 @@ from mpi4py import MPI
 from pydantic import BaseModel, ConfigDict
 
 from mpisph.core.errors import MpisphError
-from mpisph.io.files import write_text
+from mpisph.io.files import read_text, write_text
 from mpisph.parallel.collectives import on_root
 
 STATUS_FILE = "status.json"
@@ -126,9 +129,10 @@ class StatusFile:
         ----------
         reason : str
         """
-        with suppress(OSError, MpisphError):  # the disk itself may be what failed
+        with suppress(OSError):  # the disk itself may be what failed
             # Rank 0 knows best how far the run has come.
-            self._now = read_status(self._folder) or self._now
+            with suppress(MpisphError):
+                self._now = read_status(self._folder) or self._now
             if self._now.state in FINAL:
                 return
             changes = {"state": "failed", "reason": reason}
@@ -152,13 +156,11 @@ def read_status(folder: Path) -> Status | None:
     """
     path = folder / STATUS_FILE
     try:
-        return Status.model_validate_json(path.read_text(encoding="utf-8"))
+        return Status.model_validate_json(read_text(path))
     except (FileNotFoundError, NotADirectoryError):
         return None
     except ValueError as error:
-        raise MpisphError(
-            f"{path}: not the status of a run; `mpisph run --force` starts over"
-        ) from error
+        raise MpisphError(f"{path}: not the status of a run") from error
 
 
 def _now() -> str:

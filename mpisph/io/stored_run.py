@@ -22,7 +22,7 @@ from mpisph.io.run_folder import CASE_FILE, case_in
 from mpisph.io.run_log import LOG_FILE
 from mpisph.io.snapshot import read_series, read_snapshot
 from mpisph.io.standing import standing
-from mpisph.io.status import STATUS_FILE, Status
+from mpisph.io.status import FINAL, STATUS_FILE, Status
 
 
 class StoredRun(NamedTuple):
@@ -97,7 +97,8 @@ def read_run(folder: Path, name: str = "") -> StoredRun:
     if status is None:
         raise InputError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
     case = case_in(folder)
-    result = _result(folder)
+    # While a run is extended, its folder holds the result of the shorter one.
+    result = _result(folder) if state in FINAL else None
     snapshots = _present(read_series(folder))
     clouds = result.clouds if result else _measured_clouds(case, snapshots)
     particles, provenance = _origin(result, snapshots)

@@ -60,7 +60,7 @@ class CheckpointPolicy:
         self._output = output
         self._status = status
         self._signals = signals
-        self._first = sim.step
+        self._first = self._saved_step = sim.step
         self._settings = sim.case.checkpoints
         self._stop_file = output.folder / STOP_FILE
         self._saved_at = time.monotonic()
@@ -131,6 +131,17 @@ class CheckpointPolicy:
             before = ", before any step" if sim.step == self._first else ""
             raise StopRequested(f"{reason(request)}{before}")
 
+    def save_end(self, sim: Simulation) -> None:
+        """Write the checkpoint from which a run that has ended can be extended.
+
+        Raises
+        ------
+        OSError
+            On all ranks, if it cannot be written for another reason than a full disk.
+        """
+        if sim.step > self._saved_step:
+            self._save(sim, must=False)
+
     def _save(self, sim: Simulation, must: bool) -> None:
         """Write a checkpoint; without `must`, a full disk is only warned of."""
         self._seen_at = None  # the coming step is not to count the checkpoint
@@ -142,6 +153,7 @@ class CheckpointPolicy:
                 raise
             self._output.warn(f"no checkpoint at step {sim.step}: {error}")
         else:
+            self._saved_step = sim.step
             self._update_cost(time.monotonic() - begin)
             if sim.comm.rank == 0:
                 self._status.refresh(sim.step, sim.time)

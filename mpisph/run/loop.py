@@ -33,10 +33,12 @@ def step_to_end(sim: Simulation, output: RunOutput, policy: CheckpointPolicy) ->
         On all ranks, before the step at which the run was stopped.
     """
     rule = step_rule(sim.case)
-    targets = [0.0, *sim.case.output_times][output.snapshots :]
+    targets = [0.0, *sim.case.output_times][len(output.snapshots) :]
     while True:
         found = reduce_state(sim, stop_request=policy.request(sim))
         policy.carry_out(sim, found.stop_request)
+        if sim.time >= targets[-1]:
+            policy.save_end(sim)
         output.add_step(sim, found)
         check_stable(sim, found, output.errors.energy)
         if sim.time >= targets[0]:

@@ -21,6 +21,7 @@ from mpisph.io.result import (
 )
 from mpisph.io.run_log import RunLog
 from mpisph.io.snapshot import write_snapshot
+from mpisph.io.written import SnapshotRecord
 from mpisph.parallel.collectives import from_root
 from mpisph.parallel.load_balance import imbalance
 from mpisph.run.progress import Progress
@@ -43,6 +44,8 @@ class RunOutput:
         Versions and revision, written into every snapshot.
     state : RunState, optional
         That of the checkpoint from which the run continues.
+    damage : dict of str to str, optional
+        Files found damaged, and what they are.
     """
 
     def __init__(
@@ -54,6 +57,7 @@ class RunOutput:
         log: RunLog,
         provenance: dict[str, str],
         state: RunState | None = None,
+        damage: dict[str, str] | None = None,
     ) -> None:
         self.folder = folder
         self.history = history
@@ -62,7 +66,8 @@ class RunOutput:
         self.provenance = provenance
         self.metadata = {"case": sim.case.to_toml(), **provenance}
         self.clouds: list[CloudRecord] = list(state.clouds) if state else []
-        self.snapshots = state.snapshots if state else 0
+        self.snapshots = list(state.snapshots) if state else []
+        self.damage = damage or {}
         self.initial = state.initial if state else None
         self.energy_error_max = state.energy_error_max if state else 0.0
         self.errors = ConservationErrors(0.0, 0.0, 0.0)
@@ -114,14 +119,15 @@ class RunOutput:
             path = write_snapshot(
                 sim.comm,
                 self.folder,
-                self.snapshots,
+                len(self.snapshots),
                 sim.particles,
                 time=sim.time,
                 step=sim.step,
                 metadata=self.metadata,
                 n_total=sim.n_total,
             )
-            self.snapshots += 1
+            record = from_root(sim.comm, lambda: SnapshotRecord.of(path, sim.time))
+            self.snapshots.append(record)
             measure = measure_cloud(sim.comm, sim.particles, sim.cloud)
         if sim.time in sim.case.output_times:
             self.clouds.append(CloudRecord.of(sim.time, measure))
@@ -157,9 +163,10 @@ class RunOutput:
             scales=sim.scales,
             initial=self.initial,
             energy_error_max=self.energy_error_max,
-            snapshots=self.snapshots,
+            snapshots=tuple(self.snapshots),
             clouds=tuple(self.clouds),
-            history_bytes=from_root(sim.comm, self.history.save),
+            history=from_root(sim.comm, self.history.saved),
+            damage=self.damage,
             wall=wall,
             rank_seconds=self._rank_seconds(sim.comm.size, wall),
             interactions=self._all_interactions(sim),
@@ -226,4 +233,5 @@ class RunOutput:
             ),
             versions=versions(),
             revision=self.provenance["revision"],
+            damage=tuple(f"{name}: {text}" for name, text in self.damage.items()),
         )

@@ -2,12 +2,14 @@
 
 What counts is ``status.json``. A run starts where its folder holds none, continues from
 the last sound checkpoint where it was stopped, failed or was killed, and is not
-repeated once it has ended.
+repeated once it has ended. One that has completed can be extended: it then continues
+from the checkpoint at its end.
 """
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
+from functools import partial
 from os import PathLike
 from pathlib import Path
 
@@ -15,37 +17,42 @@ import numpy.typing as npt
 from mpi4py import MPI
 from rich.console import Console
 
-from mpisph.case import Case
+from mpisph.case import Case, load_case
 from mpisph.case.discretise import InitialParticles
+from mpisph.case.extension import extended_case
+from mpisph.case.identity import differences
 from mpisph.case.initial import complete_particles, read_initial, with_particles
 from mpisph.case.model import INITIAL_FILE
 from mpisph.core.console import open_console
 from mpisph.core.errors import CollectiveError, InputError, MpisphError, UnstableError
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
 from mpisph.core.words import counted
-from mpisph.io.checkpoint import find_checkpoints, remove_checkpoints
+from mpisph.io.checkpoint import find_checkpoints, keep_last_checkpoint
 from mpisph.io.files import write_text
-from mpisph.io.history import History, kept_history
+from mpisph.io.history import History
 from mpisph.io.initial_file import write_initial
 from mpisph.io.lock import FolderLock
 from mpisph.io.provenance import git_revision, versions
 from mpisph.io.result import RESULT_FILE, Ending, Result, read_result, write_result
 from mpisph.io.run_folder import (
     CASE_FILE,
-    case_in,
+    known_case,
+    known_status,
     remove_parts,
     remove_run,
+    restore_status,
     status_of_case,
 )
 from mpisph.io.run_log import RunLog
-from mpisph.io.status import FINAL, STATUS_FILE, Status, StatusFile, read_status
+from mpisph.io.snapshot import snapshot_path, snapshot_time
+from mpisph.io.status import FINAL, STATUS_FILE, Status, StatusFile
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.run.checkpointing import CheckpointPolicy, StopRequested
 from mpisph.run.loop import step_to_end
 from mpisph.run.output import RunOutput
 from mpisph.run.progress import Progress
 from mpisph.run.signals import SignalHandler
-from mpisph.run.state import RunState, load_last_state
+from mpisph.run.state import Loaded, faults_of_ended, load_last_state, mend
 from mpisph.solver.estimate import check_memory
 from mpisph.solver.start import start
 from mpisph.solver.state import Simulation
@@ -119,9 +126,10 @@ def run(
 
 def resume(
     comm: MPI.Intracomm,
-    folder: Path,
+    folder: str | PathLike[str],
     console: Console | None = None,
     *,
+    overrides: Sequence[str] = (),
     signals: SignalHandler | None = None,
 ) -> Result:
     """Continue the run in a folder, on any number of ranks.
@@ -130,6 +138,9 @@ def resume(
     ----------
     comm, folder, console, signals
         See `run`.
+    overrides : sequence of str, optional
+        Changes ``key=value`` of the case, such as a later ``time.end``, with which even
+        a completed run continues; see `extended_case`.
 
     Returns
     -------
@@ -138,16 +149,27 @@ def resume(
 
     Raises
     ------
+    CaseError
+        On all ranks, if what would change cannot.
     MpisphError, OSError
-        See `run`; also where the folder holds no run.
+        See `run`; also where the folder holds no run, or one without a checkpoint to
+        extend it from. What is there is then left as it is.
     """
+    folder = Path(folder)
     session = _Session(comm, folder, console, signals)
-    case = from_root(comm, lambda: case_in(folder))
+    if from_root(comm, lambda: known_status(folder)) is None:
+        raise InputError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
     with FolderLock(comm, folder, session.say):
-        before = from_root(comm, lambda: read_status(folder))
-        if before is None:
-            raise InputError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
-        return session.resume_run(case, before)
+        before = from_root(comm, lambda: known_status(folder))
+        assert before is not None, "no other process removes it"
+        case = session.known_case()
+        if not overrides:
+            return session.resume_run(case, before)
+        path = folder / CASE_FILE
+        changed = from_root(comm, lambda: load_case(path, overrides))
+        longer = from_root(comm, lambda: extended_case(case, changed))
+        is_longer = bool(differences(case, longer))
+        return session.resume_run(longer, before, is_longer)
 
 
 class _Session:
@@ -170,6 +192,14 @@ class _Session:
         """Print a line, once for all ranks."""
         if self.comm.rank == 0:
             self.console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    def known_case(self) -> Case:
+        """Return the case in the folder; write it again where it is damaged."""
+        case, note = from_root(self.comm, lambda: known_case(self.folder))
+        if note:
+            self.say(note)
+            self._write_case(case)
+        return case
 
     def take(self, case: Case, given: Mapping[str, npt.ArrayLike]) -> Case:
         """Return a case with particles to start from, and keep these; on rank 0."""
@@ -198,30 +228,44 @@ class _Session:
         on_root(self.comm, lambda: remove_run(self.folder))
         return self._run_recorded(case, status, resuming=False)
 
-    def resume_run(self, case: Case, before: Status) -> Result:
-        """Continue a run, unless it has ended."""
-        if before.state in FINAL:
-            self.say(
-                f"{self.folder} holds a run that is {before.state}: nothing to do; "
-                "`mpisph run --force` starts over"
-            )
+    def resume_run(self, case: Case, before: Status, is_longer: bool = False) -> Result:
+        """Continue a run, unless it has ended and is not to become longer."""
+        if before.state == "unstable" and is_longer:
+            raise MpisphError(f"{self.folder}: an unstable run cannot be extended")
+        has_ended = before.state in FINAL
+        if has_ended:
+            on_root(self.comm, lambda: restore_status(self.folder, before))
+        if has_ended and not is_longer:
             on_root(self.comm, lambda: remove_parts(self.folder))
             if before.state == "completed":
-                on_root(self.comm, lambda: remove_checkpoints(self.folder))
-            return from_root(self.comm, lambda: _read_result(self.folder))
+                on_root(self.comm, lambda: keep_last_checkpoint(self.folder))
+            lost = from_root(self.comm, lambda: _lost_ending(self.folder, case, before))
+            if not lost:
+                return self._result_of_ended(before)
+            self.say(f"{lost}; it is written again from the last checkpoint")
         check_memory(case, self.comm)
         on_root(self.comm, lambda: remove_parts(self.folder))
         starts = before.starts + 1
         status = StatusFile(self.comm, self.folder, case.end_time, starts)
-        return self._run_recorded(case, status, resuming=True)
+        return self._run_recorded(case, status, resuming=True, has_ended=has_ended)
 
-    def _run_recorded(self, case: Case, status: StatusFile, resuming: bool) -> Result:
+    def _result_of_ended(self, before: Status) -> Result:
+        """Return the result of a run that has ended; say what of it is damaged."""
+        self.say(
+            f"{self.folder} holds a run that is {before.state}: nothing to do; "
+            "`mpisph run --force` starts over"
+        )
+        for fault in from_root(self.comm, lambda: faults_of_ended(self.folder)):
+            self.say(f"warning: {self.folder / fault.name}: {fault.text}")
+        return from_root(self.comm, lambda: _read_result(self.folder))
+
+    def _run_recorded(
+        self, case: Case, status: StatusFile, resuming: bool, has_ended: bool = False
+    ) -> Result:
         """Run the case, and record a failure in the folder."""
         with self.signals.working_in(self.folder, status.fail):
             try:
-                path, text = self.folder / CASE_FILE, case.to_toml()
-                on_root(self.comm, lambda: write_text(path, text))
-                return self._run(case, status, resuming)
+                return self._run(case, status, resuming, has_ended)
             except (MpisphError, CollectiveError) as error:
                 # What one rank alone meets is for `SignalHandler.end_all_ranks`.
                 if self.comm.rank == 0:
@@ -233,28 +277,55 @@ class _Session:
         status.fail(str(error))
         with suppress(OSError), RunLog(self.folder, self.comm) as log:
             log.say(f"failed: {error}")
-        if find_checkpoints(self.folder):
-            error.add_note(f"`mpisph resume {self.folder}` continues from a checkpoint")
+        with suppress(OSError):
+            now = known_status(self.folder)
+            has_ended = now is not None and now.state in FINAL
+            if find_checkpoints(self.folder) and not has_ended:
+                error.add_note(
+                    f"`mpisph resume {self.folder}` continues from a checkpoint"
+                )
 
-    def _run(self, case: Case, status: StatusFile, resuming: bool) -> Result:
-        """Make the steps of a run from its beginning or from its last checkpoint."""
+    def _run(
+        self, case: Case, status: StatusFile, resuming: bool, has_ended: bool
+    ) -> Result:
+        """Make the steps of a run from its beginning or from its last checkpoint.
+
+        Of a run that has ended nothing changes before the checkpoint is read.
+        """
         with ExitStack() as stack:
             log = stack.enter_context(RunLog(self.folder, self.comm))
             ranks = counted(self.comm.size, "rank")
             log.say(f"{case.title}\n{ranks}, code cache {CACHE_FOLDER}")
+            if not has_ended:
+                self._write_case(case)
             self._compile(log)
             loaded = None
             if resuming:
                 loaded = load_last_state(case, self.comm, self.folder, self.say)
-            sim, state = loaded or (self._begin(case), None)
+            if loaded is None and has_ended:
+                raise MpisphError(
+                    f"{self.folder}: no sound checkpoint from the end of the run, from "
+                    "which it could be continued; `mpisph run --force` runs it again"
+                )
+            if loaded is None and resuming:
+                self.say(
+                    f"{self.folder}: no sound checkpoint; starting from the beginning"
+                )
+            sim = loaded.sim if loaded else self._begin(case)
             log.say(f"{sim.n_total} particles, step {sim.step}")
             status.write("running", sim.step, sim.time)
-            output = self._open_output(stack, sim, log, state)
+            if has_ended:
+                self._write_case(case)
+            output = self._open_output(stack, sim, log, loaded)
             policy = CheckpointPolicy(sim, output, status, self.signals)
             result = self._step_to_end(sim, output, policy, status)
         if result.status != "stopped" and case.output.figures:
             self._draw()
         return result
+
+    def _write_case(self, case: Case) -> None:
+        path, text = self.folder / CASE_FILE, case.to_toml()
+        on_root(self.comm, lambda: write_text(path, text))
 
     def _compile(self, log: RunLog) -> None:
         begin = time.perf_counter()
@@ -264,24 +335,28 @@ class _Session:
         log.say(f"compiled code at hand after {time.perf_counter() - begin:.2f} s")
 
     def _open_output(
-        self, stack: ExitStack, sim: Simulation, log: RunLog, state: RunState | None
+        self, stack: ExitStack, sim: Simulation, log: RunLog, loaded: Loaded | None
     ) -> RunOutput:
         """Open what the run writes, as of its state; warn of what has changed since."""
-        size = state.history_bytes if state else 0
-        kept = from_root(self.comm, lambda: kept_history(self.folder, size))
+        state, damage, kept = None, dict[str, str](), 0
+        if loaded is not None:
+            state = loaded.state
+            damage, kept = from_root(self.comm, partial(mend, self.folder, loaded))
         history = stack.enter_context(History(self.folder, self.comm, kept))
         progress = stack.enter_context(
             Progress(self.comm, sim.case.end_time, self.console, log=log)
         )
         provenance = from_root(self.comm, _provenance)
-        output = RunOutput(sim, self.folder, history, progress, log, provenance, state)
+        output = RunOutput(
+            sim, self.folder, history, progress, log, provenance, state, damage
+        )
         if state is not None and state.provenance != provenance:
             output.warn(
                 "the checkpoint was written by other software (see `provenance` in it):"
                 " the bits may differ from those of one run"
             )
-        if kept != size:
-            output.warn("history.csv is not as it was written: it starts over")
+        for name, text in damage.items():
+            output.warn(f"{name} {text}")
         return output
 
     def _step_to_end(
@@ -311,7 +386,7 @@ class _Session:
         on_root(self.comm, lambda: write_result(self.folder, result))
         status.write(ending, sim.step, sim.time, result.reason)
         if ending == "completed":  # what is unstable may be looked into
-            on_root(self.comm, lambda: remove_checkpoints(self.folder))
+            on_root(self.comm, lambda: keep_last_checkpoint(self.folder))
         return result
 
     def _draw(self) -> None:
@@ -323,6 +398,22 @@ class _Session:
             on_root(self.comm, lambda: draw_run(self.folder))
         except (CollectiveError, MpisphError, RuntimeError) as error:
             self.say(f"warning: no figures: {error}; see `mpisph figures`")
+
+
+def _lost_ending(folder: Path, case: Case, before: Status) -> str:
+    """Return what a run that has ended lacks and its last checkpoint can bring back."""
+    if not find_checkpoints(folder):
+        return ""
+    try:
+        _read_result(folder)
+        if before.state == "completed":
+            snapshot_time(snapshot_path(folder, len(case.output_times)))
+    except MpisphError:
+        return f"{folder / RESULT_FILE}: missing or damaged"
+    except (OSError, ValueError):
+        path = snapshot_path(folder, len(case.output_times))
+        return f"{path}: missing or damaged"
+    return ""
 
 
 def _is_same(path: Path, other: Path) -> bool:

@@ -5,6 +5,7 @@ import re
 
 import pytest
 from launch import CASES, MPISPH, call, launch
+from run_folders import status
 
 from mpisph.case import load_case
 from mpisph.io.snapshot import read_series, read_snapshot
@@ -23,6 +24,8 @@ def test_run_writes_every_file_of_a_run(tmp_path):
     assert written == snapshots | pictures | {
         "snapshots",
         "figures",
+        "checkpoints",
+        f"checkpoints/checkpoint_{status(folder)['step']:09d}.h5",
         "case.toml",
         "history.csv",
         "log.txt",

@@ -16,10 +16,13 @@ from mpisph.core.particles import Particles
 from mpisph.io.checkpoint import (
     DamagedError,
     find_checkpoints,
+    keep_last_checkpoint,
     read_checkpoint,
-    set_aside,
+    read_state,
+    remove_checkpoints,
     write_checkpoint,
 )
+from mpisph.io.files import set_aside
 
 SELF = MPI.COMM_SELF
 N = 60
@@ -142,6 +145,48 @@ def test_a_damaged_one_set_aside_is_not_found_again(tmp_path):
     aside = set_aside(second)
     assert aside.exists()
     assert find_checkpoints(tmp_path) == [first]
+
+
+@pytest.mark.parametrize("kind", ["folder", "pipe", "link"])
+def test_what_is_no_file_is_damaged(kind, tmp_path):
+    """A pipe would keep its reader for ever."""
+    path = write(SELF, tmp_path)
+    path.unlink()
+    if kind == "folder":
+        (path / "inside").mkdir(parents=True)
+    elif kind == "pipe":
+        os.mkfifo(path)
+    else:
+        path.symlink_to(tmp_path / "nowhere")
+    for read in (lambda: read_checkpoint(SELF, path), lambda: read_state(path)):
+        with pytest.raises(DamagedError, match="is no file"):
+            read()
+    for _ in range(2):  # the name may be taken
+        aside = set_aside(path)
+        assert aside.is_symlink() or aside.exists()
+        path.mkdir()
+    assert find_checkpoints(tmp_path) == [path]
+    remove_checkpoints(tmp_path)
+
+
+def test_the_state_alone_can_be_read(tmp_path):
+    path = write(SELF, tmp_path)
+    assert read_state(path) == STATE
+    with h5py.File(path, "r+") as file:
+        del file["state"]
+    with pytest.raises(DamagedError, match="no checkpoint"):
+        read_state(path)
+
+
+def test_all_but_the_last_are_removed(tmp_path):
+    first, last = write(SELF, tmp_path, 1), write(SELF, tmp_path, 2)
+    set_aside(first)
+    write(SELF, tmp_path, 1)
+    (tmp_path / "checkpoints/checkpoint_000000003.h5").mkdir()
+    keep_last_checkpoint(tmp_path)
+    kept = sorted((tmp_path / "checkpoints").iterdir())
+    assert kept[0] == last
+    assert [path.is_dir() for path in kept] == [False, True]
 
 
 def test_no_room_leaves_the_earlier_ones(tmp_path):

@@ -2,7 +2,15 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from mpisph.io.history import COLUMNS, HISTORY_FILE, History, read_history
+from mpisph.io.history import (
+    COLUMNS,
+    HEADER,
+    HISTORY_FILE,
+    History,
+    begins_with,
+    keep_rows,
+    read_history,
+)
 
 SELF = MPI.COMM_SELF
 
@@ -79,6 +87,58 @@ def test_a_torn_last_line_is_left_out(tmp_path):
 def test_a_new_run_starts_anew(tmp_path):
     write(tmp_path, range(5))
     assert read_history(write(tmp_path, [7]))["step"].tolist() == [7]
+
+
+def test_a_history_continues_where_it_was_cut(tmp_path):
+    with History(tmp_path, SELF) as history:
+        history.add(row(0))
+        saved = history.saved()
+        history.add(row(1))
+    with History(tmp_path, SELF, saved.size) as history:
+        assert history.saved() == saved
+        history.add(row(2))
+        again = history.saved()
+    assert read_history(tmp_path / HISTORY_FILE)["step"].tolist() == [0, 2]
+    assert begins_with(tmp_path, saved)
+    assert begins_with(tmp_path, again)
+
+
+DAMAGE = {
+    "cut short": (lambda lines: [*lines[:4], lines[4][:30]], [0, 2, 4]),
+    "without a header": (lambda lines: lines[1:], [0, 2, 4, 6, 8]),
+    "a line that is none": (lambda lines: [*lines[:2], "x,y\0", *lines[3:]],
+                            [0, 4, 6, 8]),
+    "a word in a line": (lambda lines: [lines[0], lines[1].replace("5e-324", "no"),
+                                        *lines[2:]], [2, 4, 6, 8]),
+    "a line twice": (lambda lines: [*lines, lines[3]], [0, 2, 4, 6, 8]),
+    "an altered step": (lambda lines: [*lines[:2], "6" + lines[2][1:], *lines[3:]],
+                        [0, 4, 6, 8]),
+    "another step": (lambda lines: [*lines[:2], "3" + lines[2][1:], *lines[3:]],
+                     [0, 4, 6, 8]),
+    "empty": (lambda _: [], []),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_rows_that_survive_are_kept(damage, tmp_path):
+    path = write(tmp_path, range(0, 20, 2))
+    sound = path.read_text().splitlines()
+    change, kept = DAMAGE[damage]
+    path.write_text("\n".join(change(sound)) + "\n")
+    assert keep_rows(tmp_path, step=10, every=2) == (len(kept), 5)
+    wanted = [",".join(HEADER), *(sound[1 + step // 2] for step in kept)]
+    assert path.read_text().splitlines() == wanted
+
+
+@pytest.mark.parametrize("kind", ["nothing", "folder", "bytes"])
+def test_without_rows_the_history_starts_over(kind, tmp_path):
+    path = tmp_path / HISTORY_FILE
+    if kind == "folder":
+        (path / "inside").mkdir(parents=True)
+    elif kind == "bytes":
+        path.write_bytes(bytes(range(256)) * 20)
+    assert keep_rows(tmp_path, step=10, every=2) == (0, 5)
+    assert read_history(path).shape == (0,)
 
 
 @pytest.mark.parametrize("text", ["", "a,b\n1,2\n"])

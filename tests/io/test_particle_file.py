@@ -55,6 +55,35 @@ def test_texts_of_any_length_come_back(tmp_path, text):
         assert stored_text(file, "text") == text
 
 
+LONG = """
+for _ in range(5):
+    folder = folder / ("x" * 250)
+if comm.rank == 0:
+    folder.mkdir(parents=True)
+"""
+
+NO_PROC = (
+    LONG
+    + """
+module._short_name = lambda *_: Path("/nowhere/x")
+"""
+)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_path_may_be_long(tmp_path, ranks):
+    """Open MPI aborts in the C library, with exit code 134, from 250 bytes on."""
+    done = launch(ranks, sys.executable, "-c", WRITING.format(prelude=LONG), tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_path_too_long_for_mpi_is_refused_where_it_cannot_be_shortened(tmp_path):
+    done = launch(2, sys.executable, "-c", WRITING.format(prelude=NO_PROC), tmp_path)
+    assert done.returncode == 1
+    assert "longer than the 240 bytes that MPI takes here: " in done.stderr
+    assert "Abort" not in done.stderr
+
+
 def test_a_disk_that_becomes_full_while_a_file_is_written(tmp_path):
     """The file has its room already."""
     mount = ("mount", "-t", "tmpfs", "-o", "size=3m", "tmpfs", tmp_path)

@@ -198,11 +198,31 @@ def test_the_series_leads_nowhere_else(tmp_path):
     assert ".." not in series.read_text()
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"files": [1]}', '{"files": [{}]}'])
-def test_what_is_no_series_is_an_error(tmp_path, text):
-    (tmp_path / "snapshots.vtkhdf.series").write_text(text)
-    with pytest.raises(MpisphError, match="not a list of snapshots"):
-        read_series(tmp_path)
+@pytest.mark.parametrize(
+    "text", ["", "[]", '{"files": [1]}', '{"files": [{}]}', "\xff", None]
+)
+def test_a_series_that_is_damaged_or_missing_is_made_from_the_folder(tmp_path, text):
+    for index in range(4):
+        write(SELF, tmp_path, index=index, time=float(index))
+    series = tmp_path / "snapshots.vtkhdf.series"
+    if text is None:
+        series.unlink()
+    else:
+        series.write_text(text, encoding="latin-1")
+    damaged = tmp_path / "snapshots" / "snapshot_00001.vtkhdf"
+    damaged.write_bytes(damaged.read_bytes()[:3000])
+    assert [time for _, time in read_series(tmp_path)] == [0.0, 2.0, 3.0]
+    write(SELF, tmp_path, index=4, time=4.0)
+    files = json.loads(series.read_text())["files"]
+    assert [file["time"] for file in files] == [0.0, 2.0, 3.0, 4.0]
+
+
+def test_a_pipe_for_a_series_keeps_nobody(tmp_path):
+    write(SELF, tmp_path, index=0, time=0.5)
+    series = tmp_path / "snapshots.vtkhdf.series"
+    series.unlink()
+    os.mkfifo(series)
+    assert [time for _, time in read_series(tmp_path)] == [0.5]
 
 
 def test_an_empty_folder_has_an_empty_series(tmp_path):

@@ -74,7 +74,7 @@ def test_a_folder_of_no_run_is_named(tmp_path):
         read_run(tmp_path / "nowhere")
 
 
-@pytest.mark.parametrize("name", ["status.json", "result.json", "history.csv"])
+@pytest.mark.parametrize("name", ["result.json", "history.csv"])
 def test_a_damaged_file_is_named(finished, tmp_path, name):
     folder = shutil.copytree(finished, tmp_path / "run")
     (folder / name).write_text("{}\n")

@@ -7,13 +7,13 @@ from launch import CASES
 from mpi4py import MPI
 from oracles import agree
 from run_folders import differences, status
+from small_runs import StopAt
 
 from mpisph.case import load_case
 from mpisph.core.errors import CaseError, MpisphError
 from mpisph.io.history import read_history
 from mpisph.io.snapshot import read_series, read_snapshot
 from mpisph.run.session import resume, run
-from mpisph.run.signals import SignalHandler
 
 SETTINGS = (
     "resolution.npr=4",
@@ -43,18 +43,6 @@ def test_runs_on_parts_of_a_communicator_side_by_side(mpi_tmp_path):
         )
     half.Free()
     assert world.bcast(same)
-
-
-class StopAt(SignalHandler):
-    """A handler to whom a signal comes before the n-th step that it sees."""
-
-    def __init__(self, n):
-        super().__init__()
-        self.left = n
-
-    def signal_request(self):
-        self.left -= 1
-        return 115 if self.left == 0 else 0
 
 
 @pytest.mark.mpi(min_size=1)
@@ -144,26 +132,11 @@ def test_files_of_a_run_without_a_status_are_not_overwritten(tmp_path):
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
-def test_a_lost_history_is_said_and_started_over(tmp_path):
-    run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(9))
-    (tmp_path / "history.csv").unlink()
-    assert resume(MPI.COMM_SELF, tmp_path).status == "completed"
-    assert "history.csv is not as it was written" in (tmp_path / "log.txt").read_text()
-    assert read_history(tmp_path / "history.csv")["step"][0] == 8
-
-
 def test_other_software_since_the_checkpoint_is_said(tmp_path, monkeypatch):
     run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(9))
     monkeypatch.setattr("mpisph.run.session.git_revision", lambda: "another")
     resume(MPI.COMM_SELF, tmp_path)
     assert "was written by other software" in (tmp_path / "log.txt").read_text()
-
-
-def test_a_lost_result_is_an_error(tmp_path):
-    run(short_case(), MPI.COMM_SELF, tmp_path)
-    (tmp_path / "result.json").unlink()
-    with pytest.raises(MpisphError, match="missing or damaged, although"):
-        resume(MPI.COMM_SELF, tmp_path)
 
 
 def test_leftovers_of_a_kill_are_removed(tmp_path):
@@ -175,7 +148,7 @@ def test_leftovers_of_a_kill_are_removed(tmp_path):
         path.touch()
     resume(MPI.COMM_SELF, tmp_path)
     assert list(tmp_path.rglob("*.part")) == [theirs]
-    assert not (tmp_path / "checkpoints").exists()
+    assert len(list((tmp_path / "checkpoints").iterdir())) == 1
 
 
 def test_what_changes_no_bit_may_change_on_the_way(tmp_path):
@@ -198,7 +171,7 @@ def test_figures_that_cannot_be_drawn_do_not_undo_a_run(tmp_path, monkeypatch, c
     assert "no figures: ValueError: no such font" in capsys.readouterr().err
 
 
-def test_a_linked_folder_of_checkpoints_is_emptied(tmp_path):
+def test_a_linked_folder_of_checkpoints_is_cleared(tmp_path):
     elsewhere = tmp_path / "scratch"
     elsewhere.mkdir()
     (elsewhere / "mine.txt").touch()
@@ -206,9 +179,9 @@ def test_a_linked_folder_of_checkpoints_is_emptied(tmp_path):
     folder.mkdir()
     (folder / "checkpoints").symlink_to(elsewhere)
     run(short_case(), MPI.COMM_SELF, folder, signals=StopAt(9))
-    assert len(list(elsewhere.iterdir())) == 2
-    assert run(short_case(), MPI.COMM_SELF, folder).status == "completed"
-    assert [path.name for path in elsewhere.iterdir()] == ["mine.txt"]
+    result = run(short_case(), MPI.COMM_SELF, folder)
+    left = sorted(path.name for path in elsewhere.iterdir())
+    assert left == [f"checkpoint_{result.step:09d}.h5", "mine.txt"]
 
 
 def test_all_files_follow_the_umask(tmp_path):
