@@ -185,6 +185,7 @@ def clock_errors(
         Computed over measured size, less one; linear between the lines of the
         history.
     """
+    history = _before_arrival(history)
     time = history["time"]
     return np.array(
         [
@@ -194,11 +195,16 @@ def clock_errors(
     )
 
 
+def _before_arrival(history: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return the lines before the cloud came to a body behind the plate."""
+    return history[np.isfinite(history["cloud_length"])] if history.size else history
+
+
 def covered_offsets(history: npt.NDArray[Any], case: Case) -> tuple[float, float]:
     """Return the least and the largest offset that a run covers [s].
 
     With the least the first exposure falls on first contact, with the largest the
-    last one on the end of the run.
+    last one on the end of the run, or on the cloud's arrival at the next body.
 
     Raises
     ------
@@ -209,6 +215,7 @@ def covered_offsets(history: npt.NDArray[Any], case: Case) -> tuple[float, float
     if not figures:
         raise ValueError("the case has no measured exposure to fit the clock on")
     times = [f.time for f in figures]
+    history = _before_arrival(history)
     low = -min(times)
     high = float(history["time"][-1]) - max(times) if history.size else low
     if high <= low:

@@ -105,7 +105,9 @@ def find_fragments(
     Fragments
         Empty arrays where there is no cloud.
     """
-    cloud = np.flatnonzero(in_cloud(arrays["z"], arrays["u_z"], definition))
+    cloud = np.flatnonzero(
+        in_cloud(arrays["body"], arrays["z"], arrays["u_z"], definition)
+    )
     size = (ring_sections(arrays).side if sizes is None else sizes)[cloud]
     places = np.column_stack([arrays["r"], arrays["z"]])[cloud]
     labels = _clusters(places, size, factor)

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpisph.core.particles import FloatArray
+from mpisph.diagnostics.cloud import CloudDefinition, before_next
 
 BINS = 60
 """By default bins of 3 degrees."""
@@ -36,9 +37,8 @@ class Spray(NamedTuple):
 
 def measure_spray(
     arrays: Mapping[str, npt.NDArray[Any]],
-    min_velocity: float,
+    definition: CloudDefinition,
     bins: int = BINS,
-    direction: float = 1.0,
 ) -> Spray:
     """Sum what moves over the directions in which it moves.
 
@@ -47,13 +47,11 @@ def measure_spray(
     arrays : mapping of str to ndarray
         ``body``, ``m``, ``u_r`` and ``u_z``, each of shape (n,), in SI units, as in
         `Snapshot.arrays`.
-    min_velocity : float
-        Only what is faster than this counts, whichever way it goes [m/s]; see
-        `diagnostics.cloud_definition`.
+    definition : CloudDefinition
+        Only what is faster than its least velocity counts, whichever way it goes, and
+        no matter of bodies behind the target plate. Angles count from its direction.
     bins : int, optional
         Number of equal bins from 0 to 180 degrees.
-    direction : float, optional
-        1.0 where angles count from +z, -1.0 from -z; see `CloudDefinition`.
 
     Returns
     -------
@@ -68,8 +66,9 @@ def measure_spray(
     if bins < 1:
         raise ValueError(f"bins = {bins}: expected at least 1")
     m, u_r, u_z, body = (arrays[name] for name in ("m", "u_r", "u_z", "body"))
-    moving = np.hypot(u_r, u_z) > min_velocity
-    angle = np.degrees(np.arctan2(np.abs(u_r), direction * u_z))
+    moving = np.hypot(u_r, u_z) > definition.min_velocity
+    moving &= before_next(body, definition)
+    angle = np.degrees(np.arctan2(np.abs(u_r), definition.direction * u_z))
     place = np.minimum((angle * (bins / 180.0)).astype(np.int64), bins - 1)
     bodies = int(body.max(initial=-1)) + 1
     cell = (body * bins + place)[moving]

@@ -21,6 +21,7 @@ from mpisph.parallel.cost_model import CutMode, choose_columns, take_census
 from mpisph.parallel.decomposition import Cut, equal_work_cut, owners
 from mpisph.parallel.halo import NOTHING, boxes, hull, partners_of, reach, select
 from mpisph.parallel.load_balance import work_of
+from mpisph.solver.estimate import PAIR_TIME, PARTICLE_TIME, STEP_TIME
 from mpisph.sph.sources import EXCHANGED
 
 GHOST_BYTES = 8 * len(EXCHANGED)
@@ -51,13 +52,13 @@ class Costs(NamedTuple):
     NPR 10 to 200; the network's are those of a common cluster.
     """
 
-    interaction: float = 13.5e-9
-    particle: float = 250e-9
+    interaction: float = PAIR_TIME
+    particle: float = PARTICLE_TIME
     ghost: float = 100e-9
     latency: float = 15e-6
     collective: float = 5e-6
     bandwidth: float = 5e9
-    step: float = 0.5e-3
+    step: float = STEP_TIME
 
 
 class PartCounts(NamedTuple):

@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from mpisph.case.card_files import embed_card_files
 from mpisph.case.initial import read_initial, with_particles
 from mpisph.case.model import Case
 from mpisph.case.problems import case_problems
@@ -87,14 +88,15 @@ class CaseSource:
         return _build(data, origins, problems, self.path.parent)
 
 
-def case_from_dict(data: Mapping[str, Any]) -> Case:
+def case_from_dict(data: Mapping[str, Any], folder: Path = Path()) -> Case:
     """Make a case from a dict of the form of a case file.
 
     Parameters
     ----------
     data : mapping
-        What ``tomllib`` would read from a case file. Files that it names count from
-        the current folder.
+        What ``tomllib`` would read from a case file.
+    folder : Path, optional
+        From which the files that it names count; by default the current folder.
 
     Returns
     -------
@@ -106,17 +108,19 @@ def case_from_dict(data: Mapping[str, Any]) -> Case:
     CaseError
         If the dict describes no sound case; with every problem.
     """
-    return _build(data, Origins(None, {}, {}), [])
+    return _build(data, Origins(None, {}, {}), [], folder)
 
 
 def _build(
     data: Mapping[str, Any],
     origins: Origins,
     problems: list[Problem],
-    folder: Path = Path(),
+    folder: Path,
 ) -> Case:
+    data, origins, unread = embed_card_files(data, folder, origins)
+    problems = problems + unread
     long_integers = integer_problems(data, origins)
-    if long_integers:
+    if unread or long_integers:
         raise CaseError(problems + long_integers)
     try:
         case = Case.model_validate(data)

@@ -10,12 +10,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from mpisph.case.bodies import Body, Plate
 from mpisph.case.checks import find_problems
-from mpisph.case.partial_case import (
-    Parts,
-    default_plate,
-    default_reference,
-    find_spacing,
-)
+from mpisph.case.partial_case import Parts, default_reference, find_spacing
 from mpisph.case.sections import (
     Checkpoints,
     Initial,
@@ -27,6 +22,7 @@ from mpisph.case.sections import (
     Scheme,
     TimeStepping,
 )
+from mpisph.case.target import default_plate
 from mpisph.case.times import merge_times, periodic_times, requested_times
 from mpisph.inputs.quantities import FrozenModel, Identifier, Title
 from mpisph.materials import Material, card_names
@@ -103,8 +99,8 @@ class Case(FrozenModel):
         """Fill in the plate from which lengths count."""
         if value is None or value.plate is not None:
             return value
-        name = default_plate(info.data.get("bodies", ()))
-        return value.model_copy(update={"plate": name})
+        plate = default_plate(info.data.get("bodies", ()))
+        return value.model_copy(update={"plate": None if plate is None else plate.name})
 
     @field_validator("time")
     @classmethod
@@ -168,6 +164,12 @@ class Case(FrozenModel):
         end = self.end_time
         times = requested_times(self.output, self.measured)
         return merge_times(times + periodic_times(self.output.every, end), end)
+
+    @property
+    def impact_velocity(self) -> float:
+        """Largest difference between the velocities of two bodies [m/s]."""
+        velocities = [body.velocity for body in self.bodies]
+        return max(velocities, default=0.0) - min(velocities, default=0.0)
 
     @property
     def measured_plate(self) -> Plate | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from mpisph.case.bodies import Body, Plate
+from mpisph.case.bodies import Body
 from mpisph.case.sections import Measured, Output, Resolution, Scheme, TimeStepping
 from mpisph.inputs.findings import Key
 from mpisph.materials import Material
@@ -34,11 +34,6 @@ def default_reference(bodies: Sequence[Body | None]) -> str | None:
     """Return the name of the first body whose shape may set the spacing, or None."""
     known = (body for body in bodies if body is not None)
     return next((body.name for body in known if body.sets_spacing), None)
-
-
-def default_plate(bodies: Sequence[Body | None]) -> str | None:
-    """Return the name of the first plate, or None."""
-    return next((body.name for body in bodies if isinstance(body, Plate)), None)
 
 
 def find_spacing(resolution: Resolution, bodies: Sequence[Body | None]) -> float | None:

@@ -23,6 +23,10 @@ def case_schema() -> dict[str, Any]:
         unit under the key ``unit`` (``"1"`` for pure numbers).
     """
     schema = Case.model_json_schema()
+    for part in schema["$defs"].values():
+        material = part.get("properties", {}).get("material", {})
+        if "pattern" in material:  # of a body; loading a case puts a name for a file
+            material["pattern"] += r"|\.toml$"
     for part in (schema, *schema["$defs"].values()):
         for field in part.get("properties", {}).values():
             _hoist_unit(field)

@@ -167,7 +167,7 @@ class Measured(FrozenModel):
     clock_offset: TimeOffset = 0.0
     """Time to add to the nominal exposure times, counted from first contact."""
     plate: Identifier | None = None
-    """Plate whose rear face L_b counts from; by default the first plate."""
+    """Plate whose rear face L_b counts from; by default the first that is hit."""
     min_velocity_fraction: Annotated[float, Field(ge=0, le=1), Quantity("")] = 0.1
     """Debris is what moves faster along z than this fraction of the impact velocity."""
     quantile: Fraction = 0.99
@@ -187,6 +187,8 @@ class Limits(FrozenModel):
     """Smallest density over the reference density."""
     energy_ratio_max: PositiveRatio = 50.0
     """Specific internal energy over the largest initial specific kinetic energy."""
+    energy_ratio_min: PositiveRatio = 0.2
+    """How far below zero it may fall, in the same unit."""
     smoothing_ratio_max: Annotated[float, Field(gt=1, le=1e6), Quantity("")] = 1e3
     """Largest factor by which a smoothing length may grow or shrink."""
     step_ratio_min: Fraction = 1e-4

@@ -1,13 +1,12 @@
 """The commands that need no run: speed, scaling, the code cache, the schema."""
 
-import json
 from pathlib import Path
 
 import click
 from mpi4py import MPI
 
 from mpisph.bench import PARTS
-from mpisph.case import case_schema, load_case
+from mpisph.case import load_case
 from mpisph.cli.options import set_option, shipped
 from mpisph.core.console import open_console
 from mpisph.core.jit import CACHE_FOLDER, cache_size, clear_cache, is_compiled
@@ -179,9 +178,3 @@ def cache_clear_command() -> None:
     MPI.COMM_WORLD.Barrier()  # a rank that starts makes its folder in the cache
     on_root(MPI.COMM_WORLD, clear_cache)
     click.echo(f"removed from {CACHE_FOLDER.parent}")
-
-
-@click.command("schema")
-def schema_command() -> None:
-    """Print the JSON schema of the case file."""
-    click.echo(json.dumps(case_schema(), indent=2))

@@ -14,7 +14,7 @@ import click
 from mpi4py import MPI
 
 from mpisph import __version__
-from mpisph.cli import machine, post, run, study
+from mpisph.cli import machine, post, prepare, run, study
 from mpisph.cli.options import BAD_INPUT
 from mpisph.core.errors import (
     CollectiveError,
@@ -48,7 +48,9 @@ for command in (
     machine.bench_command,
     machine.scaling_command,
     machine.cache_group,
-    machine.schema_command,
+    prepare.init_command,
+    prepare.materials_command,
+    prepare.schema_command,
     study.study_group,
 ):
     cli.add_command(command)

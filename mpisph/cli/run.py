@@ -9,6 +9,7 @@ import click
 from mpi4py import MPI
 
 from mpisph.case import Case, load_case
+from mpisph.case.plausibility import find_warnings
 from mpisph.cli.options import (
     BAD_INPUT,
     STOPPED,
@@ -72,6 +73,8 @@ def run_command(
         release_signals()
         for case in cases:
             click.echo(estimate(case, comm.size).text())
+            for text in find_warnings(case):
+                click.echo(f"warning: {text}")
         return
     from mpisph.run.session import run
 

@@ -1,15 +1,23 @@
 """The debris cloud: which particles form it, and its size (R12)."""
 
 import math
-from typing import Literal, NamedTuple
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 
 from mpisph.case import Case
-from mpisph.case.bodies import Plate
+from mpisph.case.bodies import Body, Plate
 from mpisph.case.sections import Exposure, Measured
+from mpisph.case.target import (
+    bodies_before,
+    bodies_behind,
+    default_plate,
+    direction_of_impact,
+    front_face,
+)
 from mpisph.core.particles import FloatArray, IntArray, Particles
 from mpisph.parallel.redistribution import gather_all
 
@@ -31,16 +39,32 @@ class CloudDefinition(NamedTuple):
         Fraction of the cloud's mass within the robust measures.
     direction : float
         1.0 where the projectile flies along +z, -1.0 along -z.
+    behind : tuple of (int, float)
+        Index and initial velocity [m/s] of the bodies behind the plate, which are no
+        part of the cloud.
+    before : tuple of int
+        Index of the bodies that lie wholly before the nearest of those.
+    stop : float
+        Length at which the nearest of them begins [m]; infinite where that moves.
+    stirred : float
+        A body behind the plate has been hit where its velocity has changed by more
+        than this [m/s].
     """
 
     rear: float
     min_velocity: float
     quantile: float
     direction: float = 1.0
+    behind: tuple[tuple[int, float], ...] = ()
+    before: tuple[int, ...] = ()
+    stop: float = math.inf
+    stirred: float = 0.0
 
 
 class CloudMeasure(NamedTuple):
     """Size and motion of the cloud; all zero where there is none.
+
+    All is NaN once it has come to the next body: it can be told from that no longer.
 
     Attributes
     ----------
@@ -66,6 +90,17 @@ class CloudMeasure(NamedTuple):
     mass: float
 
 
+NO_MEASURE = CloudMeasure(*[math.nan] * 6)
+"""Of a cloud that has come to the next body."""
+
+NEEDED = ("id", "body", "r", "z", "u_r", "u_z", "m")
+"""What the cloud is measured from."""
+
+STIRRED = 0.05
+"""Change of velocity over that of the impact by which a body shows that it was hit. Far
+less comes earlier: kernels of particles that have moved apart reach far."""
+
+
 class CloudErrors(NamedTuple):
     """Errors of the computed cloud relative to the measured one.
 
@@ -85,26 +120,21 @@ def target_plate(case: Case) -> Plate | None:
     Parameters
     ----------
     case : Case
-        The plate is the one that its measurements name; without any, it is the
-        slowest one, whichever way it moves; of two as slow, that along -z.
+        The plate is the one that its measurements name; without any, it is the one that
+        is hit first (see `target.default_plate`).
 
     Returns
     -------
     Plate or None
     """
-    plates = [body for body in case.bodies if isinstance(body, Plate)]
     if case.measured is not None:
-        plates = [plate for plate in plates if plate.name == case.measured.plate]
-    by_speed = [(abs(plate.velocity), plate.velocity) for plate in plates]
-    return plates[by_speed.index(min(by_speed))] if plates else None
+        return case.measured_plate
+    return default_plate(case.bodies)
 
 
 def impact_direction(case: Case) -> float:
     """Return 1.0 where what hits the target flies along +z, -1.0 along -z."""
-    plate = target_plate(case)
-    still = 0.0 if plate is None else plate.velocity
-    relative = [body.velocity - still for body in case.bodies]
-    return -1.0 if max(relative, key=abs, default=0.0) < 0.0 else 1.0
+    return direction_of_impact(case.bodies, target_plate(case))
 
 
 def rear_face(case: Case) -> float:
@@ -126,10 +156,11 @@ def rear_face(case: Case) -> float:
     return plate.rear_face if direction > 0.0 else plate.position
 
 
-def impact_velocity(case: Case) -> float:
-    """Return the largest difference between the velocities of two bodies [m/s]."""
-    velocities = [body.velocity for body in case.bodies]
-    return max(velocities) - min(velocities)
+def next_body(case: Case) -> Body | None:
+    """Return the body behind the target plate that the cloud comes to first, if any."""
+    plate = target_plate(case)
+    behind = [] if plate is None else bodies_behind(case.bodies, plate)
+    return case.bodies[behind[0]] if behind else None
 
 
 def cloud_definition(case: Case) -> CloudDefinition:
@@ -145,20 +176,58 @@ def cloud_definition(case: Case) -> CloudDefinition:
     CloudDefinition
     """
     measured = case.measured or Measured()
+    plate, direction = target_plate(case), impact_direction(case)
+    behind = [] if plate is None else bodies_behind(case.bodies, plate)
+    rear, stop = rear_face(case), math.inf
+    if behind and case.bodies[behind[0]].velocity == 0.0:
+        stop = front_face(case.bodies[behind[0]], direction) - direction * rear
     return CloudDefinition(
-        rear=rear_face(case),
-        direction=impact_direction(case),
-        min_velocity=measured.min_velocity_fraction * impact_velocity(case),
+        rear=rear,
+        direction=direction,
+        min_velocity=measured.min_velocity_fraction * case.impact_velocity,
         quantile=measured.quantile,
+        behind=tuple((k, case.bodies[k].velocity) for k in behind),
+        before=bodies_before(case.bodies, behind[0], direction) if behind else (),
+        stop=stop,
+        stirred=STIRRED * case.impact_velocity,
     )
 
 
 def in_cloud(
-    z: FloatArray, u_z: FloatArray, definition: CloudDefinition
+    body: IntArray, z: FloatArray, u_z: FloatArray, definition: CloudDefinition
 ) -> npt.NDArray[np.bool_]:
     """Say which particles are in the cloud, shape (n,)."""
     behind = length_of(z, definition) > 0.0
-    return behind & (definition.direction * u_z > definition.min_velocity)
+    cloud = behind & (definition.direction * u_z > definition.min_velocity)
+    return cloud & before_next(body, definition) if definition.behind else cloud
+
+
+def before_next(body: IntArray, definition: CloudDefinition) -> npt.NDArray[np.bool_]:
+    """Say which particles are of no body behind the target plate, shape (n,)."""
+    return ~np.isin(body, [k for k, _ in definition.behind])
+
+
+def shows_arrival(
+    body: IntArray,
+    z: FloatArray,
+    u_r: FloatArray,
+    u_z: FloatArray,
+    definition: CloudDefinition,
+) -> npt.NDArray[np.bool_]:
+    """Say which particles show that the cloud has come to the next body, shape (n,).
+
+    They are those beyond the front face of a body at rest that come from bodies before
+    it, and those of a body behind the plate that no longer move as at the start. Once
+    there are any, there are always some: what hits a body leaves a crater, or stirs it.
+    """
+    if not definition.behind:
+        return np.zeros(len(z), np.bool_)
+    found = np.isin(body, definition.before)
+    found &= length_of(z, definition) >= definition.stop
+    for k, velocity in definition.behind:
+        speed = np.hypot(u_r, u_z - velocity)
+        found |= (body == k) & (speed > definition.stirred)
+    return found
 
 
 def length_of(z: FloatArray, definition: CloudDefinition) -> FloatArray:
@@ -188,43 +257,41 @@ def measure_cloud(
     CloudMeasure
         The same on all ranks.
     """
-    cloud = in_cloud(particles.z, particles.u_z, definition)
-    gathered = gather_all(comm, particles.take(cloud))
+    p = particles
+    arrived = shows_arrival(p.body, p.z, p.u_r, p.u_z, definition).any()
+    if comm.allreduce(bool(arrived), MPI.LOR):
+        return NO_MEASURE
+    gathered = gather_all(comm, p.take(in_cloud(p.body, p.z, p.u_z, definition)))
     result = np.zeros(len(CloudMeasure._fields))
     if gathered is not None:
-        p = gathered
-        result[:] = measure_arrays(p.id, p.r, p.z, p.u_z, p.m, definition)
+        arrays = {name: getattr(gathered, name) for name in NEEDED}
+        result[:] = measure_arrays(arrays, definition)
     comm.Bcast(result)
     return CloudMeasure(*result.tolist())
 
 
 def measure_arrays(
-    ids: IntArray,
-    r: FloatArray,
-    z: FloatArray,
-    u_z: FloatArray,
-    m: FloatArray,
-    definition: CloudDefinition,
+    arrays: Mapping[str, npt.NDArray[Any]], definition: CloudDefinition
 ) -> CloudMeasure:
     """Measure the cloud among the particles given, in any order (R12).
 
     Parameters
     ----------
-    ids : ndarray of int64, shape (n,)
-        Settle the order of particles at the same place.
-    r, z : ndarray, shape (n,)
-        [m].
-    u_z : ndarray, shape (n,)
-        [m/s].
-    m : ndarray, shape (n,)
-        [kg].
+    arrays : mapping of str to ndarray
+        Those of `NEEDED`, each of shape (n,), in SI units, as in `Snapshot.arrays`. The
+        ids settle the order of particles at the same place.
     definition : CloudDefinition
 
     Returns
     -------
     CloudMeasure
+        `NO_MEASURE` where the cloud has come to the next body.
     """
-    cloud = np.flatnonzero(in_cloud(z, u_z, definition))
+    body, u_r = arrays["body"], arrays["u_r"]
+    ids, r, z, u_z, m = (arrays[name] for name in ("id", "r", "z", "u_z", "m"))
+    if shows_arrival(body, z, u_r, u_z, definition).any():
+        return NO_MEASURE
+    cloud = np.flatnonzero(in_cloud(body, z, u_z, definition))
     if not cloud.size:
         return CloudMeasure(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     ids, r, z, u_z, m = ids[cloud], r[cloud], z[cloud], u_z[cloud], m[cloud]

@@ -4,6 +4,7 @@ A quantity is one entry of `SERIES`: the global reduction, the columns of the hi
 and their figures follow.
 """
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from typing import Literal, NamedTuple
@@ -12,7 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from mpisph.core.particles import FloatArray, Particles
-from mpisph.diagnostics.cloud import CloudDefinition, in_cloud, length_of
+from mpisph.diagnostics.cloud import (
+    CloudDefinition,
+    in_cloud,
+    length_of,
+    shows_arrival,
+)
 from mpisph.parallel.reproducible_sum import CHUNKS, fixed_point_chunks, from_chunks
 
 ROOM = 1e6
@@ -57,7 +63,7 @@ class Sample:
     @cached_property
     def in_cloud(self) -> npt.NDArray[np.bool_]:
         """Which particles are in the cloud, shape (n,)."""
-        return in_cloud(self.p.z, self.p.u_z, self.cloud)
+        return in_cloud(self.p.body, self.p.z, self.p.u_z, self.cloud)
 
 
 class Series(NamedTuple):
@@ -68,26 +74,30 @@ class Series(NamedTuple):
     name : str
         Its column of the history.
     unit : str
-        SI unit.
+        SI unit; empty for a pure number.
     label : str
         What it is, for people.
-    reduce : {"sum", "max"}
-        How the particles' terms make one number; of none both give zero.
+    reduce : {"sum", "max", "min"}
+        How the particles' terms make one number. A maximum is at least zero, a minimum
+        at most.
     terms : callable
         Takes a `Sample`, returns what each particle contributes, shape (n,).
     bound : callable, optional
         For a sum: takes `Scales`, returns what no particle's term exceeds.
     caption : str, optional
         What its figure shows; without one it has none of its own.
+    until_arrival : bool, optional
+        Whether it ends, with NaN, when the cloud comes to the next body.
     """
 
     name: str
     unit: str
     label: str
-    reduce: Literal["sum", "max"]
+    reduce: Literal["sum", "max", "min"]
     terms: Callable[[Sample], FloatArray]
     bound: Callable[[Scales], float] = lambda scales: scales.mass
     caption: str = ""
+    until_arrival: bool = False
 
 
 def _momentum_bound(scales: Scales) -> float:
@@ -111,6 +121,11 @@ def _cloud_length(s: Sample) -> FloatArray:
     return np.where(s.in_cloud, length_of(s.p.z, s.cloud), 0.0)
 
 
+def _cloud_arrived(s: Sample) -> FloatArray:
+    shown = shows_arrival(s.p.body, s.p.z, s.p.u_r, s.p.u_z, s.cloud)
+    return shown.astype(np.float64)
+
+
 SERIES = (
     Series("mass", "kg", "mass", "sum", lambda s: s.p.m),
     Series(
@@ -125,17 +140,36 @@ SERIES = (
         "internal_energy", "J", "internal energy", "sum",
         lambda s: s.p.m * s.p.E, _energy_bound,
     ),
-    Series("cloud_radius", "m", "radius of the cloud, R_b", "max", _cloud_radius),
-    Series("cloud_length", "m", "length of the cloud, L_b", "max", _cloud_length),
+    Series(
+        "energy_min", "J/kg", "lowest specific internal energy", "min",
+        lambda s: s.p.E,
+        caption="Below zero, matter would be colder than at the start of the run: the "
+        "artificial viscosity is too low.",
+    ),
+    Series(
+        "cloud_radius", "m", "radius of the cloud, R_b", "max", _cloud_radius,
+        until_arrival=True,
+    ),
+    Series(
+        "cloud_length", "m", "length of the cloud, L_b", "max", _cloud_length,
+        until_arrival=True,
+    ),
     Series(
         "cloud_mass", "kg", "mass of the cloud", "sum", lambda s: s.p.m * s.in_cloud,
         caption="What lies behind the plate's original rear face and moves away from "
         "it faster than the given fraction of the impact velocity.",
+        until_arrival=True,
+    ),
+    Series(
+        "cloud_arrived", "", "1 once the cloud has come to the next body", "max",
+        _cloud_arrived,
     ),
 )  # fmt: skip
 
 SUMS = tuple(series for series in SERIES if series.reduce == "sum")
-MAXIMA = tuple(series for series in SERIES if series.reduce == "max")
+EXTREMES = tuple(series for series in SERIES if series.reduce != "sum")
+_SIGNS = np.array([-1.0 if series.reduce == "min" else 1.0 for series in EXTREMES])
+# A minimum is sent as the maximum of the opposite.
 
 
 class Parts(NamedTuple):
@@ -144,7 +178,8 @@ class Parts(NamedTuple):
     Attributes
     ----------
     sums : ndarray of int64, shape (sums, CHUNKS)
-    maxima : ndarray, shape (maxima,)
+    maxima : ndarray, shape (extremes,)
+        Minima with the opposite sign.
     """
 
     sums: npt.NDArray[np.int64]
@@ -153,7 +188,7 @@ class Parts(NamedTuple):
 
 PARTS_TYPE = [
     ("sums", np.int64, (len(SUMS), CHUNKS)),
-    ("maxima", np.float64, (len(MAXIMA),)),
+    ("maxima", np.float64, (len(EXTREMES),)),
 ]
 """Fields of a structured type that hold `Parts`."""
 
@@ -178,7 +213,10 @@ def local_parts(p: Particles, cloud: CloudDefinition, bounds: FloatArray) -> Par
     rows = np.empty((len(SUMS), p.n))
     for row, series in zip(rows, SUMS, strict=True):
         row[:] = series.terms(sample)
-    maxima = [series.terms(sample).max(initial=0.0) for series in MAXIMA]
+    maxima = [
+        (sign * series.terms(sample)).max(initial=0.0)
+        for sign, series in zip(_SIGNS, EXTREMES, strict=True)
+    ]
     return Parts(fixed_point_chunks(rows, bounds), np.array(maxima))
 
 
@@ -190,13 +228,16 @@ def joined(
     Parameters
     ----------
     sums : ndarray of int64, shape (ranks, sums, CHUNKS)
-    maxima : ndarray, shape (ranks, maxima)
+    maxima : ndarray, shape (ranks, extremes)
     bounds : ndarray, shape (sums,)
     """
     totals = from_chunks(sums.sum(axis=0), bounds).tolist()
-    largest = maxima.max(axis=0).tolist()
+    # The sum makes no zero negative.
+    extremes = (_SIGNS * maxima.max(axis=0) + 0.0).tolist()
     found = {
         **{s.name: value for s, value in zip(SUMS, totals, strict=True)},
-        **{s.name: value for s, value in zip(MAXIMA, largest, strict=True)},
+        **{s.name: value for s, value in zip(EXTREMES, extremes, strict=True)},
     }
+    if found["cloud_arrived"]:
+        found.update({s.name: math.nan for s in SERIES if s.until_arrival})
     return {series.name: found[series.name] for series in SERIES}

@@ -14,10 +14,12 @@ NON_FINITE = 1
 DENSITY = 2
 ENERGY = 3
 SMOOTHING = 4
+NEGATIVE = 5
 REASONS = {
     NON_FINITE: ("non_finite", "a field is not finite, or h is not positive"),
     DENSITY: ("density", "the density is out of bounds"),
     ENERGY: ("internal_energy", "the specific internal energy is out of bounds"),
+    NEGATIVE: ("negative_energy", "the specific internal energy is too far below zero"),
     SMOOTHING: ("smoothing_length", "the smoothing length is out of bounds"),
 }
 """Short name and meaning of each fault."""
@@ -30,8 +32,8 @@ class Bounds(NamedTuple):
     ----------
     density_min, density_max : float
         In units of the material's reference density.
-    energy : float
-        Largest magnitude of the specific internal energy [J/kg].
+    energy_min, energy_max : float
+        Specific internal energy [J/kg]; the least one is negative.
     h_min, h_max : float
         Smoothing length [m]; within a factor of 10^8 the cells of the neighbour
         search can hold every particle.
@@ -39,7 +41,8 @@ class Bounds(NamedTuple):
 
     density_min: float
     density_max: float
-    energy: float
+    energy_min: float
+    energy_max: float
     h_min: float
     h_max: float
 
@@ -70,8 +73,10 @@ def _first_fault(ids, values, rho, E, h, material, table, bounds):
             kind = NON_FINITE
         elif not bounds.density_min < eta < bounds.density_max:
             kind = DENSITY
-        elif abs(E[i]) > bounds.energy:
+        elif E[i] > bounds.energy_max:
             kind = ENERGY
+        elif E[i] < bounds.energy_min:
+            kind = NEGATIVE
         elif not bounds.h_min < h[i] < bounds.h_max:
             kind = SMOOTHING
         if kind != STABLE and (fault == STABLE or ids[i] < who):
@@ -92,7 +97,7 @@ def first_fault(p: Particles, table: MaterialTable, bounds: Bounds) -> tuple[int
     Returns
     -------
     fault : int
-        One of `STABLE`, `NON_FINITE`, `DENSITY`, `ENERGY` and `SMOOTHING`.
+        `STABLE`, or a key of `REASONS`.
     who : int
         Smallest id of a faulty particle, -1 for none.
     """

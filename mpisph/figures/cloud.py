@@ -178,12 +178,14 @@ def _draw_sizes(
 ) -> None:
     """Draw in the measured and the computed R_b and L_b, with their labels."""
     rear, direction = definition.rear * 1e3, definition.direction
-    lengths = (_in_mm(exposure.length), measure.length * 1e3)
-    radii = (_in_mm(exposure.radius), measure.radius * 1e3)
-    errors = compare(measure, exposure)
+    arrived = math.isnan(measure.mass)
+    lengths = (_in_mm(exposure.length), None if arrived else measure.length * 1e3)
+    radii = (_in_mm(exposure.radius), None if arrived else measure.radius * 1e3)
+    errors = _NO_ERRORS if arrived else compare(measure, exposure)
+    outermost = _size_label("computed, outermost", radii[1], lengths[1], errors)
     labels = (
         _size_label("measured", radii[0], lengths[0], _NO_ERRORS),
-        _size_label("computed, outermost", radii[1], lengths[1], errors),
+        "computed: the cloud has reached the next body" if arrived else outermost,
     )
     for kind, style in enumerate((MEASURED, COMPUTED)):
         axes.plot([], [], label=labels[kind], **style)
@@ -193,12 +195,14 @@ def _draw_sizes(
         if radius is not None:
             end = rear + direction * (length or 0.0)
             axes.hlines([-radius, radius], rear, end, zorder=3, **style)
-    share = f"computed, {100 * definition.quantile:g} % of the mass"
-    robust = (1e3 * measure.radius_robust, 1e3 * measure.length_robust)
-    axes.plot([], [], " ", label=_size_label(share, *robust, _NO_ERRORS))
     ends = [length and direction * length for length in lengths]
     _label_length(axes, rear, (ends[0], ends[1]), view)
     _label_radius(axes, definition, radii)
+    if arrived:
+        return
+    share = f"computed, {100 * definition.quantile:g} % of the mass"
+    robust = (1e3 * measure.radius_robust, 1e3 * measure.length_robust)
+    axes.plot([], [], " ", label=_size_label(share, *robust, _NO_ERRORS))
 
 
 def _label_length(
@@ -279,7 +283,8 @@ def _add_count(
     n, left_out = len(hidden), np.count_nonzero(hidden)
     text = f"{grouped(n)} particles, mirrored about the axis"
     if left_out:
-        of_cloud = np.count_nonzero(hidden & in_cloud(a["z"], a["u_z"], definition))
+        debris = in_cloud(a["body"], a["z"], a["u_z"], definition)
+        of_cloud = np.count_nonzero(hidden & debris)
         text += f"; {left_out} outside this view, {of_cloud} of them of the cloud"
     axes.annotate(
         text,

@@ -17,6 +17,7 @@ from mpisph.case import Case
 from mpisph.core.particles import FloatArray
 from mpisph.diagnostics.cloud import (
     CloudDefinition,
+    before_next,
     cloud_definition,
     in_cloud,
 )
@@ -201,7 +202,7 @@ def _draw_film(
 
 def _subject(arrays: Arrays, definition: CloudDefinition) -> Arrays:
     """Return the cloud; before there is one, what moves."""
-    subject = in_cloud(arrays["z"], arrays["u_z"], definition)
+    subject = in_cloud(arrays["body"], arrays["z"], arrays["u_z"], definition)
     if not subject.any():
         subject = np.hypot(arrays["u_r"], arrays["u_z"]) > definition.min_velocity
     return {name: x[subject] for name, x in arrays.items()}
@@ -225,8 +226,9 @@ def draw_spray(snapshot: Snapshot, case: Case, out: Out) -> None:
     limit = definition.min_velocity
     a = snapshot.arrays
     moving = np.hypot(a["u_r"], a["u_z"]) > limit
+    moving &= before_next(a["body"], definition)
     bins = _spray_bins(int(np.count_nonzero(moving)))
-    spray = measure_spray(a, limit, bins, definition.direction)
+    spray = measure_spray(a, definition, bins)
     lines = title_lines(case, snapshot.time, exposure_at(case, snapshot.time))
     lines.append(
         f"everything faster than {limit / 1e3:.2f} km/s: "

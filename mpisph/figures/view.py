@@ -82,8 +82,7 @@ def only_finite(snapshot: Snapshot) -> Snapshot:
 
 def measure_cloud(snapshot: Snapshot, case: Case) -> CloudMeasure:
     """Measure the debris cloud of a snapshot."""
-    a, definition = snapshot.arrays, cloud_definition(case)
-    return measure_arrays(a["id"], a["r"], a["z"], a["u_z"], a["m"], definition)
+    return measure_arrays(snapshot.arrays, cloud_definition(case))
 
 
 def choose_view(

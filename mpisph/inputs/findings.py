@@ -6,6 +6,8 @@ import json
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from pydantic import ValidationError
+
 from mpisph.core.errors import Problem
 from mpisph.inputs.printing import printable
 
@@ -40,17 +42,23 @@ class Origins(NamedTuple):
         Line of each key of the file.
     overrides : dict
         Override, as the user typed it, of each key that was overridden.
+    elsewhere : dict, optional
+        Origins of tables that come from files of their own, by their keys.
     """
 
     file: str | None
     lines: Mapping[Key, int]
     overrides: Mapping[Key, str]
+    elsewhere: Mapping[Key, Origins] = {}
 
     def place(self, key: Key) -> tuple[str | None, int | None]:
         """Return file and line of the nearest enclosing key.
 
         An override stands for the file, and has no line.
         """
+        for table, origins in self.elsewhere.items():
+            if key[: len(table)] == table:
+                return origins.place(key[len(table) :])
         if key not in self.lines:
             for changed, text in self.overrides.items():
                 # The override has made this table on the way to its own key.
@@ -138,3 +146,25 @@ _LONGEST_PLACE = 200
 def override_place(text: str) -> str:
     """Return how messages name an override, in the place of file and line."""
     return f"--set {printable(text, _LONGEST_PLACE)}"
+
+
+def model_problems(error: ValidationError, origins: Origins) -> list[Problem]:
+    """Return what is wrong with a file of a simple model, each with its line.
+
+    Parameters
+    ----------
+    error : ValidationError
+    origins : Origins
+        Where the keys come from.
+    """
+    problems = []
+    for detail in error.errors():
+        key = detail["loc"]
+        file, line = origins.place(key)
+        expected = {
+            "missing": "required",
+            "extra_forbidden": "unknown key",
+        }.get(detail["type"], detail["msg"].removeprefix("Value error, "))
+        name = ".".join(map(str, key))
+        problems.append(Problem(expected, file=file, line=line, key=name))
+    return sorted(problems, key=lambda problem: problem.line or 0)

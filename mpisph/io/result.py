@@ -1,5 +1,6 @@
 """The result of a run: ``result.json``, and the comparison with measurements."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, get_args
@@ -10,7 +11,13 @@ from rich.table import Table
 from mpisph.case import Case
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
-from mpisph.diagnostics.cloud import CloudFigure, CloudMeasure, cloud_size, compare
+from mpisph.diagnostics.cloud import (
+    CloudFigure,
+    CloudMeasure,
+    cloud_size,
+    compare,
+    next_body,
+)
 from mpisph.io.files import read_text, write_text
 
 RESULT_FILE = "result.json"
@@ -28,7 +35,7 @@ class _Model(BaseModel):
 
 
 class CloudRecord(_Model):
-    """The cloud at a requested time; all zero where there is none."""
+    """The cloud at a requested time: zero where there is none, NaN once it arrived."""
 
     time: float
     """[s]."""
@@ -44,16 +51,21 @@ class CloudRecord(_Model):
     """Axial velocity of the foremost particle [m/s]."""
     mass: float
     """[kg]."""
+    reason: str | None = None
+    """Why there is no measure, where all of it is NaN."""
 
     @classmethod
-    def of(cls, time: float, measure: CloudMeasure) -> "CloudRecord":
-        """Return the record of a measure taken at `time` [s]."""
-        return cls(time=time, **measure._asdict())
+    def of(cls, time: float, measure: CloudMeasure, case: Case) -> "CloudRecord":
+        """Return the record of a measure of a case taken at `time` [s]."""
+        reason, hit = None, next_body(case)
+        if math.isnan(measure.mass) and hit is not None:
+            reason = f"the cloud has reached {hit.name}"
+        return cls(time=time, **measure._asdict(), reason=reason)
 
     @property
     def measure(self) -> CloudMeasure:
         """The measure that the record was made of."""
-        return CloudMeasure(**self.model_dump(exclude={"time"}))
+        return CloudMeasure(**self.model_dump(exclude={"time", "reason"}))
 
 
 class Comparison(_Model):
@@ -67,8 +79,8 @@ class Comparison(_Model):
     """Time that the exposure is quoted with [s]."""
     time: float
     """Time after first contact that is compared [s]."""
-    outcome: Literal["compared", "not reached"]
-    """Whether the run came as far as `time`."""
+    outcome: Literal["compared", "not reached", "arrived"]
+    """Whether the run came as far as `time`, and the cloud not to the next body."""
     figure: CloudFigure
     """Which figure of the computed cloud is compared."""
     measured_radius: float | None
@@ -138,6 +150,10 @@ class Result(_Model):
     """Number of particles."""
     clouds: tuple[CloudRecord, ...]
     """The cloud at each requested time that was reached."""
+    cloud_arrival: float | None = None
+    """When the cloud came to the next body, where its measures end [s]."""
+    lowest_energy: float | None = None
+    """Lowest specific internal energy of a particle during the run [J/kg]."""
     comparisons: tuple[Comparison, ...]
     """Every exposure, at the nominal and at the offset time."""
     conservation: Conservation
@@ -234,12 +250,12 @@ def _compare_at(
         clock=clock,
         nominal_time=exposure.time,
         time=time,
-        outcome="compared" if found else "not reached",
+        outcome=_outcome(found),
         figure=figure,
         measured_radius=exposure.radius,
         measured_length=exposure.length,
     )
-    if not found:
+    if comparison.outcome != "compared":
         return comparison
     measure = found[0].measure
     radius, length = cloud_size(measure, figure)
@@ -252,6 +268,14 @@ def _compare_at(
             "length_error_percent": _percent(errors.length),
         }
     )
+
+
+def _outcome(
+    found: Sequence[CloudRecord],
+) -> Literal["compared", "not reached", "arrived"]:
+    if not found:
+        return "not reached"
+    return "compared" if found[0].reason is None else "arrived"
 
 
 def _percent(fraction: float | None) -> float | None:
@@ -286,22 +310,22 @@ def comparison_table(result: Result) -> Table:
     for c in result.comparisons:
         if c.figure != COMPARED_FIGURE:
             continue
-        reached = c.outcome == "compared"
+        missing = {"arrived": "cloud arrived"}.get(c.outcome, "not reached")
         table.add_row(
             f"{c.nominal_time * 1e6:g} µs",
             f"{c.time * 1e6:.2f} µs ({c.clock})",
-            *_cells(c.measured_radius, c.radius, c.radius_error_percent, reached),
-            *_cells(c.measured_length, c.length, c.length_error_percent, reached),
+            *_cells(c.measured_radius, c.radius, c.radius_error_percent, missing),
+            *_cells(c.measured_length, c.length, c.length_error_percent, missing),
         )
     return table
 
 
 def _cells(
-    measured: float | None, computed: float | None, error: float | None, reached: bool
+    measured: float | None, computed: float | None, error: float | None, missing: str
 ) -> tuple[str, str, str]:
     """Return measured and computed sizes [m] and the error [%] as text."""
     return (
         "-" if measured is None else f"{measured * 1e3:.1f}",
-        "not reached" if computed is None or not reached else f"{computed * 1e3:.1f}",
+        missing if computed is None else f"{computed * 1e3:.1f}",
         "-" if error is None else f"{error:+.1f} %",
     )

@@ -152,11 +152,8 @@ def _measured_clouds(
     definition, clouds = cloud_definition(case), []
     for path, time in snapshots:
         if time in case.output_times:
-            a = read_snapshot(path).arrays
-            measure = measure_arrays(
-                a["id"], a["r"], a["z"], a["u_z"], a["m"], definition
-            )
-            clouds.append(CloudRecord.of(time, measure))
+            measure = measure_arrays(read_snapshot(path).arrays, definition)
+            clouds.append(CloudRecord.of(time, measure, case))
     return tuple(clouds)
 
 

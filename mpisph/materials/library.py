@@ -5,10 +5,16 @@ from __future__ import annotations
 import tomllib
 from functools import cache, lru_cache
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from mpisph.core.errors import CaseError, Problem
+from mpisph.inputs.findings import Origins, model_problems
 from mpisph.inputs.spelling import nearest_quoted
+from mpisph.inputs.toml_file import read_toml
+from mpisph.inputs.toml_lines import line_numbers
 from mpisph.materials.model import Material
 
 
@@ -79,3 +85,24 @@ def load_card(name: str) -> Material:
         If there is no such card.
     """
     return Material.model_validate(card_data(name))
+
+
+def read_card(path: Path) -> Material:
+    """Return the material of a card of one's own.
+
+    Parameters
+    ----------
+    path : Path
+        A TOML file of the form of the cards that come with mpisph.
+
+    Raises
+    ------
+    CaseError
+        If it cannot be read, or with every mistake and its line.
+    """
+    text, data = read_toml(path)
+    try:
+        return Material.model_validate({**data, "name": path.stem})
+    except ValidationError as error:
+        origins = Origins(str(path), line_numbers(text), {})
+        raise CaseError(model_problems(error, origins)) from None

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from pydantic import Field, create_model
+from pydantic import Field, create_model, model_validator
 
 from mpisph.inputs.quantities import Density, Description
 from mpisph.inputs.sourced import Sourced
+from mpisph.physics.eos.linear import Linear
 from mpisph.physics.response import KINDS
 
 if TYPE_CHECKING:
@@ -28,6 +29,10 @@ TABLES = {
 """Constants of every model that has any, by its name."""
 
 
+_LEAST_MODULUS, _LARGEST_MODULUS = 1.0, 1e15
+# Bounds of a pressure that is given [Pa].
+
+
 class _Material(Sourced):
     """Constants of one material: a table for each model that it may be used with."""
 
@@ -43,6 +48,24 @@ class _Material(Sourced):
     """Strength model (R7); the scheme's, if left out."""
     failure: Failure | None = None
     """Failure model (R9); the scheme's, if left out."""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _derive_bulk_modulus(cls, data: Any, handler: Any) -> Any:
+        """Fill in the bulk modulus where another equation of state implies it."""
+        material: _Material = handler(data)
+        if material.constants("linear") is not None:
+            return material
+        for model in KINDS["eos"].values():
+            constants = material.constants(model.name)
+            if constants is None:
+                continue
+            modulus = material.rho0 * constants.bulk_sound_speed(material.rho0) ** 2
+            if _LEAST_MODULUS <= modulus <= _LARGEST_MODULUS:
+                source = f"rho0 c^2, c the bulk sound speed of {model.label}"
+                linear = Linear(bulk_modulus=modulus, sources={"bulk_modulus": source})
+                return material.model_copy(update={"linear": linear})
+        return material
 
     @property
     def sound_speed(self) -> float:

@@ -11,7 +11,6 @@ from mpisph.analysis.hole import maiden_diameter, measure_hole, nysmith_diameter
 from mpisph.case import Case, Plate, Sphere
 from mpisph.diagnostics.cloud import (
     cloud_definition,
-    impact_velocity,
     in_cloud,
     target_plate,
 )
@@ -87,7 +86,11 @@ def has_debris(arrays: Arrays, case: Case) -> bool:
     """
     if all(isinstance(body, Plate) for body in case.bodies):
         return False
-    return bool(in_cloud(arrays["z"], arrays["u_z"], cloud_definition(case)).any())
+    return bool(
+        in_cloud(
+            arrays["body"], arrays["z"], arrays["u_z"], cloud_definition(case)
+        ).any()
+    )
 
 
 def analysis_tables(snapshot: Snapshot, case: Case) -> list[Table]:
@@ -188,7 +191,7 @@ def _fits(case: Case, plate: Plate) -> list[tuple[str, str]]:
     spheres = [body for body in case.bodies if isinstance(body, Sphere)]
     if len(spheres) != 1 or len(case.bodies) != 2:
         return []
-    diameter, velocity = 2.0 * spheres[0].radius, impact_velocity(case)
+    diameter, velocity = 2.0 * spheres[0].radius, case.impact_velocity
     sound = case.body_models(plate).bulk_sound_speed
     fits = {
         "Maiden": maiden_diameter(diameter, plate.thickness, velocity, sound),

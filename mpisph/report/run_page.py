@@ -375,6 +375,10 @@ def _notices(run: StoredRun) -> list[Notice]:
         found.append(Notice("warn", "There are no snapshots, and so no pictures."))
     if len(run.history) < 2:
         found.append(Notice("warn", "The history has no lines to draw."))
+    if run.result is not None and run.result.cloud_arrival is not None:
+        when = us(run.result.cloud_arrival)
+        text = f"At {when} the cloud has reached the next body: its measures end there."
+        found.append(Notice("info", text))
     if not run.comparisons:
         text = "The case names no measurements to compare with."
         found.append(Notice("info", text))

@@ -9,7 +9,7 @@ from mpisph.case.sections import Exposure, TimeStepping
 from mpisph.case.shapes.shape import millimetres
 from mpisph.core.words import counted, grouped
 from mpisph.diagnostics.cloud import CloudFigure
-from mpisph.io.result import Comparison
+from mpisph.io.result import Comparison, Result
 from mpisph.io.stored_run import StoredRun
 from mpisph.physics.models import described
 from mpisph.physics.response import KINDS, MaterialModels
@@ -228,9 +228,19 @@ def conservation_table(run: StoredRun) -> Table:
         ("axial momentum", small(c.momentum_z_error)),
         ("total energy", small(c.energy_error_final)),
         ("total energy, largest during the run", small(c.energy_error_max)),
+        *_lowest_energy(run.result),
     ]
     caption = "Changes since the start, relative to the initial values."
     return Table("Conservation", ("quantity", "error"), rows, caption, numbers=True)
+
+
+def _lowest_energy(result: Result) -> list[Row]:
+    """Return how far internal energies fell below zero, where that is known."""
+    lowest = result.lowest_energy
+    if lowest is None:
+        return []
+    text = "0" if lowest == 0.0 else f"{1e-6 * lowest:.3g} MJ/kg".replace("-", "\u2212")
+    return [("lowest internal energy of a particle", text)]
 
 
 def timing_table(run: StoredRun) -> Table:

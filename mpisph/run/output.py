@@ -6,7 +6,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from mpisph.core.errors import UnstableError
-from mpisph.diagnostics.cloud import measure_cloud
+from mpisph.diagnostics.cloud import measure_cloud, next_body
 from mpisph.diagnostics.conservation import ConservationErrors, conservation_errors
 from mpisph.io.checkpoint import PARTICLE_BYTES, write_checkpoint
 from mpisph.io.history import History, Row
@@ -70,6 +70,8 @@ class RunOutput:
         self.damage = damage or {}
         self.initial = state.initial if state else None
         self.energy_error_max = state.energy_error_max if state else 0.0
+        self.cloud_arrival = state.cloud_arrival if state else None
+        self.lowest_energy = state.lowest_energy if state else 0.0
         self.errors = ConservationErrors(0.0, 0.0, 0.0)
         self._unwritten: Reduction | None = None
         self.begin = time.perf_counter() - (state.wall if state else 0.0)
@@ -89,12 +91,24 @@ class RunOutput:
             self.first_step = time.time()
         if self.initial is None:
             self.initial = found.series
+        self.lowest_energy = min(self.lowest_energy, found.series["energy_min"])
+        self._note_arrival(sim, found)
         self.errors = conservation_errors(self.initial, found.series)
         self.energy_error_max = max(self.energy_error_max, abs(self.errors.energy))
         self._unwritten = found
         if sim.step % sim.case.output.history_every == 0:
             self.write_last_row(sim)
         self.progress.update(sim.time, sim.step, sim.dt)
+
+    def _note_arrival(self, sim: Simulation, found: Reduction) -> None:
+        """Say once that the cloud has come to the next body."""
+        hit = next_body(sim.case)
+        if self.cloud_arrival is None and hit and found.series["cloud_arrived"]:
+            self.cloud_arrival = sim.time
+            self.progress.tell(
+                f"the cloud has reached {hit.name} at t = {sim.time * 1e6:.4f} us: its "
+                "measures end"
+            )
 
     def write_last_row(self, sim: Simulation) -> None:
         """Write the last step's line of the history, unless it has been written."""
@@ -130,7 +144,7 @@ class RunOutput:
             self.snapshots.append(record)
             measure = measure_cloud(sim.comm, sim.particles, sim.cloud)
         if sim.time in sim.case.output_times:
-            self.clouds.append(CloudRecord.of(sim.time, measure))
+            self.clouds.append(CloudRecord.of(sim.time, measure, sim.case))
         self.log.say(
             f"{path.name}: t = {sim.time * 1e6:.4f} us, step {sim.step}, "
             f"R_b = {measure.radius * 1e3:.2f} mm, L_b = {measure.length * 1e3:.2f} mm"
@@ -165,6 +179,8 @@ class RunOutput:
             energy_error_max=self.energy_error_max,
             snapshots=tuple(self.snapshots),
             clouds=tuple(self.clouds),
+            cloud_arrival=self.cloud_arrival,
+            lowest_energy=self.lowest_energy,
             history=from_root(sim.comm, self.history.saved),
             damage=self.damage,
             wall=wall,
@@ -215,6 +231,8 @@ class RunOutput:
             particle=failure.particle if failure else None,
             particles=sim.n_total,
             clouds=tuple(self.clouds),
+            cloud_arrival=self.cloud_arrival,
+            lowest_energy=self.lowest_energy,
             comparisons=make_comparisons(sim.case, self.clouds),
             conservation=Conservation(
                 mass_error=self.errors.mass,

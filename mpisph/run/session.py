@@ -23,6 +23,7 @@ from mpisph.case.extension import extended_case
 from mpisph.case.identity import differences
 from mpisph.case.initial import complete_particles, read_initial, with_particles
 from mpisph.case.model import INITIAL_FILE
+from mpisph.case.plausibility import find_warnings
 from mpisph.core.console import open_console
 from mpisph.core.errors import CollectiveError, InputError, MpisphError, UnstableError
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
@@ -53,7 +54,7 @@ from mpisph.run.output import RunOutput
 from mpisph.run.progress import Progress
 from mpisph.run.signals import SignalHandler
 from mpisph.run.state import Loaded, faults_of_ended, load_last_state, mend
-from mpisph.solver.estimate import check_memory
+from mpisph.solver.estimate import check_memory, estimate
 from mpisph.solver.start import start
 from mpisph.solver.state import Simulation
 from mpisph.solver.warmup import warm_up
@@ -296,6 +297,8 @@ class _Session:
             log = stack.enter_context(RunLog(self.folder, self.comm))
             ranks = counted(self.comm.size, "rank")
             log.say(f"{case.title}\n{ranks}, code cache {CACHE_FOLDER}")
+            if not resuming:
+                self._say_beforehand(case, log)
             if not has_ended:
                 self._write_case(case)
             self._compile(log)
@@ -322,6 +325,16 @@ class _Session:
         if result.status != "stopped" and case.output.figures:
             self._draw()
         return result
+
+    def _say_beforehand(self, case: Case, log: RunLog) -> None:
+        """Say what is hardly meant in the case, and how long the run may take."""
+        for text in find_warnings(case):
+            self.say(f"warning: {text}")
+            log.say(f"warning: {text}")
+        size = estimate(case, self.comm.size)
+        self.say(
+            f"about {size.particles} particles, {size.steps} steps, {size.duration()}"
+        )
 
     def _write_case(self, case: Case) -> None:
         path, text = self.folder / CASE_FILE, case.to_toml()

@@ -64,6 +64,10 @@ class RunState(BaseModel):
     """The snapshots written."""
     clouds: tuple[CloudRecord, ...]
     """The cloud at the requested times reached so far."""
+    cloud_arrival: float | None
+    """When the cloud came to the next body [s]."""
+    lowest_energy: float
+    """Lowest specific internal energy so far [J/kg]."""
     history: Beginning
     """The history up to this step."""
     damage: dict[str, str]

@@ -90,7 +90,8 @@ def _bounds(case: Case, energy: float) -> Bounds:
     return Bounds(
         density_min=limits.density_ratio_min,
         density_max=limits.density_ratio_max,
-        energy=limits.energy_ratio_max * energy,
+        energy_min=-limits.energy_ratio_min * energy,
+        energy_max=limits.energy_ratio_max * energy,
         h_min=case.smoothing_length / limits.smoothing_ratio_max,
         h_max=case.smoothing_length * limits.smoothing_ratio_max,
     )

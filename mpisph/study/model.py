@@ -15,7 +15,13 @@ from mpisph.case import Case, CaseSource
 from mpisph.case.identity import case_key
 from mpisph.case.times import same_time
 from mpisph.core.errors import CaseError, Problem
-from mpisph.inputs.findings import Finding, Origins, as_problems, integer_problems
+from mpisph.inputs.findings import (
+    Finding,
+    Origins,
+    as_problems,
+    integer_problems,
+    model_problems,
+)
 from mpisph.inputs.folder_name import folder_name
 from mpisph.inputs.quantities import (
     Description,
@@ -535,28 +541,6 @@ def _read_file(path: Path) -> tuple[StudyFile, Designs | None]:
         return StudyFile.model_validate(data), designs
     except ValidationError as error:
         raise CaseError(model_problems(error, origins)) from None
-
-
-def model_problems(error: ValidationError, origins: Origins) -> list[Problem]:
-    """Return what is wrong with a file of a simple model, each with its line.
-
-    Parameters
-    ----------
-    error : ValidationError
-    origins : Origins
-        Where the keys come from.
-    """
-    problems = []
-    for detail in error.errors():
-        key = detail["loc"]
-        file, line = origins.place(key)
-        expected = {
-            "missing": "required",
-            "extra_forbidden": "unknown key",
-        }.get(detail["type"], detail["msg"].removeprefix("Value error, "))
-        name = ".".join(map(str, key))
-        problems.append(Problem(expected, file=file, line=line, key=name))
-    return sorted(problems, key=lambda problem: problem.line or 0)
 
 
 def _combinations(

@@ -15,7 +15,7 @@ from mpisph.analysis.hole import Hole, measure_hole
 from mpisph.case import Case
 from mpisph.case.times import same_time
 from mpisph.core.errors import MpisphError
-from mpisph.diagnostics.cloud import cloud_definition, in_cloud
+from mpisph.diagnostics.cloud import cloud_definition, in_cloud, shows_arrival
 from mpisph.io.files import write_text
 from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.io.result import RESULT_FILE, CloudRecord, Comparison, Result, read_result
@@ -165,12 +165,14 @@ def _columns_at(
 
 def _cloud_columns(where: str, cloud: CloudRecord) -> Row:
     return {
-        column("R_b", where, "mm"): cloud.radius * 1e3,
-        column("R_b", where, "robust_mm"): cloud.radius_robust * 1e3,
-        column("L_b", where, "mm"): cloud.length * 1e3,
-        column("L_b", where, "robust_mm"): cloud.length_robust * 1e3,
-        column("front_velocity", where, "km_per_s"): cloud.front_velocity * 1e-3,
-        column("cloud_mass", where, "g"): cloud.mass * 1e3,
+        column("R_b", where, "mm"): _scaled(_known(cloud.radius), 1e3),
+        column("R_b", where, "robust_mm"): _scaled(_known(cloud.radius_robust), 1e3),
+        column("L_b", where, "mm"): _scaled(_known(cloud.length), 1e3),
+        column("L_b", where, "robust_mm"): _scaled(_known(cloud.length_robust), 1e3),
+        column("front_velocity", where, "km_per_s"): _scaled(
+            _known(cloud.front_velocity), 1e-3
+        ),
+        column("cloud_mass", where, "g"): _scaled(_known(cloud.mass), 1e3),
     }
 
 
@@ -187,11 +189,13 @@ def _momentum_columns(
     """Return the cloud's axial momentum; momentum and energies of each body."""
     m, u_z = arrays["m"], arrays["u_z"]
     momentum, kinetic = m * u_z, 0.5 * m * (u_z**2 + arrays["u_r"] ** 2)
-    cloud = in_cloud(arrays["z"], u_z, cloud_definition(case))
+    definition, bodies, z = cloud_definition(case), arrays["body"], arrays["z"]
+    arrived = shows_arrival(bodies, z, arrays["u_r"], u_z, definition).any()
+    cloud = in_cloud(bodies, z, u_z, definition)
     name = column("cloud_momentum_z", where, "kg_m_per_s")
-    row: Row = {name: float(momentum[cloud].sum())}
+    row: Row = {name: None if arrived else float(momentum[cloud].sum())}
     for k, body in enumerate(case.bodies):
-        mine = arrays["body"] == k
+        mine = bodies == k
         for quantity, values, unit in (
             ("momentum_z", momentum, "kg_m_per_s"),
             ("kinetic_energy", kinetic, "J"),

@@ -4,6 +4,11 @@ import numpy as np
 import pytest
 
 from mpisph.analysis.spray import measure_spray
+from mpisph.diagnostics.cloud import CloudDefinition
+
+
+def faster_than(velocity, direction=1.0):
+    return CloudDefinition(0.0, velocity, 0.99, direction)
 
 
 def particles(n=3000):
@@ -34,7 +39,7 @@ def one(u_z, u_r, m=2.0):
     ],
 )
 def test_angles_from_the_axis(u_z, u_r, place):
-    spray = measure_spray(one(u_z, u_r), 100.0)
+    spray = measure_spray(one(u_z, u_r), faster_than(100.0))
     assert spray.edges[place + 1] - spray.edges[place] == pytest.approx(3.0)
     assert np.flatnonzero(spray.mass[0]).tolist() == [place]
     assert spray.momentum_z[0, place] == pytest.approx(2.0 * u_z)
@@ -42,8 +47,8 @@ def test_angles_from_the_axis(u_z, u_r, place):
 
 
 def test_angles_count_from_the_way_of_the_impact():
-    forward = measure_spray(one(4000.0, 1000.0), 100.0)
-    backward = measure_spray(one(-4000.0, 1000.0), 100.0, direction=-1.0)
+    forward = measure_spray(one(4000.0, 1000.0), faster_than(100.0))
+    backward = measure_spray(one(-4000.0, 1000.0), faster_than(100.0, -1.0))
     np.testing.assert_array_equal(backward.mass, forward.mass)
     np.testing.assert_array_equal(backward.momentum_z, -forward.momentum_z)
 
@@ -51,7 +56,7 @@ def test_angles_count_from_the_way_of_the_impact():
 @pytest.mark.parametrize("bins", [1, 7, 60, 90])
 def test_totals_of_each_body_are_those_of_what_moves(bins):
     a = particles()
-    spray = measure_spray(a, 600.0, bins)
+    spray = measure_spray(a, faster_than(600.0), bins)
     speed = np.sqrt(a["u_r"] ** 2 + a["u_z"] ** 2)
     assert spray.mass.shape == (3, bins)
     assert spray.edges[[0, -1]].tolist() == [0.0, 180.0]
@@ -69,7 +74,7 @@ def test_totals_of_each_body_are_those_of_what_moves(bins):
 
 def test_a_bin_holds_what_moves_between_its_edges():
     a = particles()
-    spray = measure_spray(a, 600.0, 90)
+    spray = measure_spray(a, faster_than(600.0), 90)
     angle = np.degrees(np.arccos(a["u_z"] / np.hypot(a["u_r"], a["u_z"])))
     fast = np.hypot(a["u_r"], a["u_z"]) > 600.0
     mass, _ = np.histogram(angle[fast], spray.edges, weights=a["m"][fast])
@@ -80,14 +85,22 @@ def test_a_bodys_row_is_there_though_it_rests():
     arrays = {k: np.concatenate([x, x]) for k, x in one(5000.0, 0.0).items()}
     arrays["body"][1] = 1
     arrays["u_z"][1] = 50.0
-    spray = measure_spray(arrays, 100.0)
+    spray = measure_spray(arrays, faster_than(100.0))
     assert spray.mass.sum(axis=1).tolist() == [2.0, 0.0]
 
 
 def test_nothing_moves():
-    assert not measure_spray(one(0.0, 0.0), 0.0).mass.any()
+    assert not measure_spray(one(0.0, 0.0), faster_than(0.0)).mass.any()
 
 
 def test_no_bins_are_refused():
     with pytest.raises(ValueError, match="bins = 0"):
-        measure_spray(particles(), 100.0, 0)
+        measure_spray(particles(), faster_than(100.0), 0)
+
+
+def test_matter_of_bodies_behind_the_plate_is_left_out():
+    a = particles()
+    walls = faster_than(600.0)._replace(behind=((1, 0.0),))
+    spray, of_all = (measure_spray(a, d) for d in (walls, faster_than(600.0)))
+    assert not spray.mass[1].any()
+    np.testing.assert_array_equal(spray.mass[[0, 2]], of_all.mass[[0, 2]])

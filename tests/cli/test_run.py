@@ -47,6 +47,14 @@ def test_run_writes_every_file_of_a_run(tmp_path):
     assert "not reached" in done.stdout
 
 
+def test_a_dry_run_says_what_is_hardly_meant_and_how_long_it_takes():
+    away = ("--set", "bodies.sphere.velocity=-6.68 km/s")
+    done = call("run", SHOT, "--dry-run", *away)
+    assert done.returncode == 0, done.stderr
+    assert "warning: bodies.*.velocity: no two bodies ever meet" in done.stdout
+    assert "wall time  about" in done.stdout
+
+
 def test_one_and_three_ranks_write_the_same_files(tmp_path):
     for ranks in (1, 3):
         options = ("--set", "output.figures=false", "-o", tmp_path / f"{ranks}")

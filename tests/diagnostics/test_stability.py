@@ -8,6 +8,7 @@ from mpisph.core.particles import VALUES, Particles
 from mpisph.diagnostics.stability import (
     DENSITY,
     ENERGY,
+    NEGATIVE,
     NON_FINITE,
     REASONS,
     SMOOTHING,
@@ -16,7 +17,10 @@ from mpisph.diagnostics.stability import (
     first_fault,
 )
 
-BOUNDS = Bounds(density_min=0.01, density_max=5.0, energy=1e8, h_min=1e-6, h_max=1e3)
+BOUNDS = Bounds(
+    density_min=0.01, density_max=5.0, energy_min=-2e7, energy_max=1e8, h_min=1e-6,
+    h_max=1e3,
+)  # fmt: skip
 TABLE = table_of(ALUMINIUM, COPPER)
 
 
@@ -57,11 +61,11 @@ def test_density_is_bounded_relative_to_the_own_material(material):
         assert first_fault(p, TABLE, BOUNDS) == (DENSITY, p.id[7])
 
 
-@pytest.mark.parametrize("E", [1.01e8, -1.01e8])
-def test_energy_is_bounded_on_both_sides(E):
+@pytest.mark.parametrize(("E", "fault"), [(1.01e8, ENERGY), (-2.02e7, NEGATIVE)])
+def test_energy_is_bounded_on_both_sides(E, fault):
     p = sound()
     p.E[7] = E
-    assert first_fault(p, TABLE, BOUNDS) == (ENERGY, p.id[7])
+    assert first_fault(p, TABLE, BOUNDS) == (fault, p.id[7])
     p.E[7] = 0.98 * E
     assert first_fault(p, TABLE, BOUNDS) == (STABLE, -1)
 
@@ -87,4 +91,4 @@ def test_the_faulty_particle_of_smallest_id_is_named_in_any_order():
 
 
 def test_every_fault_has_a_reason():
-    assert set(REASONS) == {NON_FINITE, DENSITY, ENERGY, SMOOTHING}
+    assert set(REASONS) == {NON_FINITE, DENSITY, ENERGY, NEGATIVE, SMOOTHING}

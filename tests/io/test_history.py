@@ -26,10 +26,12 @@ def row(step):
         momentum_z=-x,
         kinetic_energy=1e300 / 3,
         internal_energy=5e-324,
+        energy_min=-1e-17 / 7,
         energy_error=-1e-17 / 3,
         cloud_radius=0.0,
         cloud_length=np.nan,
         cloud_mass=0.001,
+        cloud_arrived=1.0,
         imbalance=0.25,
         wall=x,
     )
@@ -56,8 +58,8 @@ def test_header_names_units(tmp_path):
     header = write(tmp_path, []).read_text()
     assert header == (
         "step,time_s,dt_s,mass_kg,momentum_z_kg_m_per_s,kinetic_energy_J,"
-        "internal_energy_J,cloud_radius_m,cloud_length_m,cloud_mass_kg,energy_error,"
-        "imbalance,wall_s\n"
+        "internal_energy_J,energy_min_J_per_kg,cloud_radius_m,cloud_length_m,"
+        "cloud_mass_kg,cloud_arrived,energy_error,imbalance,wall_s\n"
     )
 
 

@@ -28,7 +28,7 @@ def case():
 
 def cloud(time, radius, length):
     measure = CloudMeasure(radius, length, 0.9 * radius, 0.9 * length, 5100.0, 1e-3)
-    return CloudRecord.of(time, measure)
+    return CloudRecord.of(time, measure, load_case(CASES / "piekutowski-4-1353.toml"))
 
 
 def result(case, clouds):

@@ -6,8 +6,9 @@ import pytest
 from pydantic import ValidationError
 
 from mpisph.core.errors import CaseError
-from mpisph.materials import Material, card_names, load_card
+from mpisph.materials import Material, card_names, load_card, read_card
 from mpisph.materials.choice import chosen_models
+from mpisph.materials.library import card_data
 from mpisph.materials.model import TABLES
 from mpisph.physics.eos.tillotson import Tillotson
 from mpisph.physics.failure.minimum_pressure import MinimumPressure
@@ -140,3 +141,39 @@ def test_a_material_may_choose_its_own_models_and_a_body_its_equation_of_state()
     assert chosen_models(own, DEFAULTS, "mie-grueneisen").names["eos"] == (
         "mie-grueneisen"
     )
+
+
+def test_a_bulk_modulus_that_is_not_given_is_computed():
+    raw = {"rho0": 2000.0, "mie-grueneisen": {"c0": 3e3, "slope": 1.5, "gamma0": 2.0}}
+    linear = Material.model_validate(raw).constants("linear")
+    assert linear.bulk_modulus == 2000.0 * 3e3**2
+    assert "rho0 c^2" in linear.sources["bulk_modulus"]
+    given = {**raw, "linear": {"bulk_modulus": 7e9}}
+    assert Material.model_validate(given).constants("linear").bulk_modulus == 7e9
+    # Of Tillotson's constants, A is the bulk modulus.
+    constants = load_card("al-lee2003").constants("tillotson").model_dump()
+    alone = Material.model_validate({"rho0": 2710.0, "tillotson": constants})
+    assert alone.constants("linear").bulk_modulus == pytest.approx(78.5e9)
+    beyond = {
+        **raw,
+        "rho0": 1e6,
+        "mie-grueneisen": {**raw["mie-grueneisen"], "c0": 1e6},
+    }
+    assert Material.model_validate(beyond).constants("linear") is None
+
+
+def test_a_changed_sound_speed_changes_the_computed_bulk_modulus():
+    """No card repeats what follows from its other constants."""
+    raw = card_data("al-6061-t6")
+    raw["mie-grueneisen"] = {**raw["mie-grueneisen"], "c0": 5000.0}
+    changed = Material.model_validate(raw).constants("linear")
+    assert changed.bulk_modulus == pytest.approx(2703.0 * 5000.0**2)
+
+
+def test_a_card_of_ones_own_is_read(tmp_path):
+    path = tmp_path / "steel.toml"
+    path.write_text("rho0 = 7850\n[mie-grueneisen]\nc0 = 4600\nslope = 1.49\n")
+    with pytest.raises(CaseError, match=r"steel\.toml:2: mie-grueneisen\.gamma0: req"):
+        read_card(path)
+    path.write_text(path.read_text() + "gamma0 = 2\n")
+    assert (read_card(path).name, read_card(path).rho0) == ("steel", 7850.0)

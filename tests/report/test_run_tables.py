@@ -192,9 +192,16 @@ def test_conservation(stored):
         energy_error_final=-2e-5,
         energy_error_max=3e-5,
     )
-    result = stored.result.model_copy(update={"conservation": errors})
+    update = {"conservation": errors, "lowest_energy": -1.46e7}
+    result = stored.result.model_copy(update=update)
     table = conservation_table(stored._replace(result=result))
-    assert [row[1] for row in table.rows] == ["0", "1.5e−16", "−2.0e−05", "3.0e−05"]
+    assert [row[1] for row in table.rows] == [
+        "0",
+        "1.5e−16",
+        "−2.0e−05",
+        "3.0e−05",
+        "−14.6 MJ/kg",
+    ]
 
 
 def test_time_by_phase_adds_up(stored):

@@ -69,6 +69,21 @@ def test_many_ranks_take_no_more_for_the_particles_than_one():
     assert many.memory - one.memory == pytest.approx(63 * RANK_BYTES)
 
 
+def test_the_wall_time_is_near_what_runs_took():
+    """4-1353 to 6 us: 69-73 s at NPR 40 on one rank, 617-654 s at NPR 100 on two."""
+    for npr, ranks, took in ((40, 1, 71.0), (100, 2, 635.0)):
+        settings = (f"resolution.npr={npr}", "time.end=6us", "measured=")
+        wall = estimate(load_case(SHOT, settings), ranks).wall
+        assert 0.5 * took < wall < 2.0 * took
+
+
+def test_the_wall_time_is_told_in_a_unit_that_fits():
+    one = estimate(load_case(SHOT), 1)
+    for wall, words in ((0.2, "1 s"), (119.0, "119 s"), (500.0, "8.3 min"),
+                        (7300.0, "2 h"), (1e6, "12 days")):  # fmt: skip
+        assert f"about {words}, an estimate" in one._replace(wall=wall).text()
+
+
 @pytest.mark.mpi(min_size=1)
 @pytest.mark.parametrize(
     ("overrides", "key"),

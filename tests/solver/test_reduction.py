@@ -16,7 +16,10 @@ from mpisph.solver.reduction import global_reduction
 from mpisph.sph.timestep import StepRule
 
 TABLE = table_of(ALUMINIUM, COPPER)
-BOUNDS = Bounds(density_min=0.01, density_max=5.0, energy=1e8, h_min=1e-6, h_max=1e3)
+BOUNDS = Bounds(
+    density_min=0.01, density_max=5.0, energy_min=-2e7, energy_max=1e8, h_min=1e-6,
+    h_max=1e3,
+)  # fmt: skip
 CLOUD = CloudDefinition(1e-3, min_velocity=500.0, quantile=0.99)
 CONSERVED = ("mass", "momentum_z", "kinetic_energy", "internal_energy")
 AUTOMATIC = StepRule(fixed=False, longest=math.inf, courant=0.3)

@@ -13,9 +13,11 @@ import mpisph
 from mpisph.case import case_from_dict
 from mpisph.core.errors import CaseError
 from mpisph.io.history import read_history
+from mpisph.report.study_tables import cases_table, setup_tables
 from mpisph.study.columns import column_label
 from mpisph.study.designs import read_designs
 from mpisph.study.model import load_study
+from mpisph.study.plots.convergence import convergence_panels
 from mpisph.study.plots.draw import draw_study
 from mpisph.study.plots.lines import lines_figure
 from mpisph.study.plots.map import map_figure
@@ -266,3 +268,23 @@ def test_columns_have_words():
         ("steps", "steps"),
     ):
         assert column_label(name) == words
+
+
+def test_a_convergence_figure_shows_columns_without_measurements(made):
+    study, root = made
+    study, spec = drawn(
+        study, kind="convergence", x="thickness", y=("R_b_mm", "hole_mm")
+    )
+    panels = convergence_panels(study, spec, collect(study, root))
+    assert [(p.quantity, p.unit) for p in panels] == [("$R_b$", "mm"), ("hole", "mm")]
+
+
+def test_the_page_of_a_study_shows_the_results_without_measurements(made):
+    study, root = made
+    rows = collect(study, root)
+    table = cases_table(study, rows)
+    shown = dict(zip(table.columns, table.rows[0], strict=True))
+    assert float(shown["hole [mm]"]) == pytest.approx(rows[0]["hole_mm"], rel=1e-2)
+    assert float(shown["thickness [mm]"]) == 2.0
+    parameters = setup_tables(study)[0].rows
+    assert ("thickness [mm]", "bodies.plate.thickness", "2.0, 1.0") in parameters

@@ -26,7 +26,7 @@ class Shape(FrozenModel, ABC):
     name: Identifier
     """Name of the body, unique in the case."""
     material: Identifier
-    """Material card, or a name of the case's own materials."""
+    """Material card, a name of the case's own materials, or a card file (.toml)."""
     velocity: Velocity = 0.0
     """Initial velocity along +z."""
     position: Position = 0.0

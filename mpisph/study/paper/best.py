@@ -173,7 +173,9 @@ def _size_at(
     # The last time may differ from the wanted one by rounding.
     if not times[0] <= time <= times[-1] * (1.0 + 1e-9):
         return None
-    return float(np.interp(time, times, history[column]))
+    size = float(np.interp(time, times, history[column]))
+    # Of a cloud that has come to the next body there is none.
+    return size if np.isfinite(size) else None
 
 
 def write_best(study: Study, root: Path, rows: Sequence[Row]) -> Path | None:

@@ -13,12 +13,12 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError
 
 from mpisph.core.errors import CaseError
-from mpisph.inputs.findings import Finding, Key, Origins, as_problems
+from mpisph.inputs.findings import Finding, Key, Origins, as_problems, model_problems
 from mpisph.inputs.quantities import Description, FrozenModel, Identifier
 from mpisph.inputs.spelling import nearest
 from mpisph.inputs.toml_file import read_toml
 from mpisph.inputs.toml_lines import line_numbers
-from mpisph.study.model import Study, Value, model_problems
+from mpisph.study.model import Study, Value
 from mpisph.study.table import Row
 
 NEEDS: dict[str, tuple[str, ...]] = {

@@ -1,0 +1,216 @@
+"""A first case file: a sphere on a plate, and a rear wall if there is one."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+from mpisph.core.errors import CaseError, Problem
+
+__all__ = ["Draft", "draft_case"]
+
+FINEST, COARSEST, LEAST_ROWS = 40, 10, 4
+# Resolution (NPR): as much as gives the plate so many rows of particles.
+
+FEWEST_ROWS = 2
+"""Rows of particles that a plate must have unless the resolution is given."""
+
+PLATE_RADIUS = 4.0
+"""Radius of a plate in diameters of the sphere: its rim does not matter."""
+
+WALL_RADIUS = 0.7
+"""Least radius of a wall in its distance; a cloud is about as wide as it is long."""
+
+CLOUD_LENGTH = 6.0
+"""Flight after the impact in diameters of the sphere, where there is no wall."""
+
+AFTER_ARRIVAL = 1.6
+"""Duration with a wall, in times that the sphere would need to get there."""
+
+SNAPSHOTS = 12
+"""About so many are written."""
+
+SPALL_LIMIT = 3e3
+"""Impact velocity below which matter is not torn wherever it is in tension [m/s]."""
+
+
+class Draft(NamedTuple):
+    """What a first case is made of; lengths [m], velocity [m/s], time [s].
+
+    Attributes
+    ----------
+    diameter : float
+        Of the sphere.
+    thickness : float
+        Of the plate.
+    velocity : float
+    sphere_material, plate_material : str
+    plate_radius : float, optional
+    wall : float, optional
+        From the plate's rear face to the wall's front face.
+    wall_thickness : float, optional
+        By default three times the plate's.
+    npr : int, optional
+    end : float, optional
+    """
+
+    diameter: float
+    thickness: float
+    velocity: float
+    sphere_material: str
+    plate_material: str
+    plate_radius: float | None = None
+    wall: float | None = None
+    wall_thickness: float | None = None
+    npr: int | None = None
+    end: float | None = None
+
+
+def draft_case(draft: Draft) -> str:
+    """Return a case file with comments.
+
+    Parameters
+    ----------
+    draft : Draft
+        What it leaves out has sensible values: a plate whose rim does not matter, four
+        rows of particles in it where that takes an NPR of at most `FINEST`, and an end
+        when the cloud, or what comes through the wall, has formed.
+
+    Returns
+    -------
+    str
+        TOML.
+
+    Raises
+    ------
+    CaseError
+        If the plate is so thin that a resolution must be chosen.
+    """
+    d, t, v = draft.diameter, draft.thickness, draft.velocity
+    radius = draft.plate_radius or PLATE_RADIUS * d
+    npr = draft.npr or _resolution(d, t)
+    rows = t / (d / 2 / npr)
+    if draft.npr is None and rows < FEWEST_ROWS:
+        text = f"a plate of {_mm(t)} has {rows:.2g} rows of particles at npr {npr}"
+        raise CaseError([Problem(f"{text}; give a resolution with --npr")])
+    way = d + t + (CLOUD_LENGTH * d if draft.wall is None else draft.wall)
+    duration = way / v * (1.0 if draft.wall is None else AFTER_ARRIVAL)
+    end = _round(duration) if draft.end is None else draft.end
+    names = [draft.sphere_material, draft.plate_material]
+    sphere, plate = (Path(name).name.removesuffix(".toml") for name in names)
+    title = f"{_mm(d)} {sphere} sphere at {_text(v / 1e3)} km/s on {_mm(t)} of {plate}"
+    sphere_material, plate_material = map(_quoted, names)
+    parts = [
+        f"title = {_quoted(title)}\n",
+        _SPHERE.format(
+            diameter=_mm(d),
+            radius=_mm(d / 2),
+            velocity=f"{_text(v / 1e3)} km/s",
+            material=sphere_material,
+        ),
+        _PLATE.format(thickness=_mm(t), radius=_mm(radius), material=plate_material),
+    ]
+    if draft.wall is not None:
+        parts.append(
+            _WALL.format(
+                distance=_mm(draft.wall),
+                position=_mm(t + draft.wall),
+                thickness=_mm(draft.wall_thickness or 3.0 * t),
+                radius=_mm(max(radius, WALL_RADIUS * draft.wall)),
+                material=plate_material,
+            )
+        )
+    parts.append(_RESOLUTION.format(npr=npr, rows=f"{rows:.3g}"))
+    parts.append(_SCHEME.format(p_min="0.0" if v >= SPALL_LIMIT else '"-1.2 GPa"'))
+    parts.append(_TIMES.format(end=_us(end), every=_us(_round(end / SNAPSHOTS))))
+    return "\n".join(parts)
+
+
+def _resolution(diameter: float, thickness: float) -> int:
+    """Return the NPR that gives the plate its least rows, within its bounds."""
+    needed = math.ceil(LEAST_ROWS * diameter / 2 / thickness - 1e-9)
+    return min(max(needed, COARSEST), FINEST)
+
+
+def _round(value: float) -> float:
+    """Return a value of two digits that is not less."""
+    digits = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.ceil(value / digits - 1e-9) * digits
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _text(value: float) -> str:
+    return f"{value:.6g}"
+
+
+def _mm(length: float) -> str:
+    return f"{_text(1e3 * length)} mm"
+
+
+def _us(time: float) -> str:
+    return f"{_text(1e6 * time)} us"
+
+
+_SPHERE = """\
+# Numbers are SI; a string carries its unit. Every other setting has a default:
+# `mpisph schema` and case.toml of a run show them all.
+
+# The sphere touches the plate's front face, z = 0, at t = 0, and moves along +z.
+[[bodies]]
+name = "sphere"
+shape = "sphere"
+radius = "{radius}"  # half of the diameter, {diameter}
+position = "-{radius}"  # of the centre
+velocity = "{velocity}"
+material = {material}  # `mpisph materials` lists the cards
+"""
+
+_PLATE = """\
+# Wide enough that its rim does not matter.
+[[bodies]]
+name = "plate"
+shape = "plate"
+thickness = "{thickness}"
+radius = "{radius}"
+position = 0.0  # of the front face
+material = {material}
+"""
+
+_WALL = """\
+# The rear wall, {distance} behind the plate.
+[[bodies]]
+name = "wall"
+shape = "plate"
+thickness = "{thickness}"
+radius = "{radius}"
+position = "{position}"  # of the front face
+material = {material}
+"""
+
+_RESOLUTION = """\
+# Particles along the sphere's radius; the plate has {rows} rows of them. Twice as many
+# take eight times as long: compare two resolutions before a figure is believed.
+[resolution]
+npr = {npr}
+"""
+
+_SCHEME = """\
+# The least pressure that matter bears in tension. Zero suits a hypervelocity impact,
+# whose shock leaves nothing whole; below 3 km/s matter keeps some strength.
+[scheme]
+p_min = {{ value = {p_min} }}
+"""
+
+_TIMES = """\
+[time]
+end = "{end}"
+
+# A snapshot for ParaView, and a measure of the cloud, at each of these times.
+[output]
+every = "{every}"
+"""

@@ -1,0 +1,181 @@
+"""What a case may ask for but hardly means: warnings, each with what to do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from mpisph.case.contact import first_contact, meeting_time
+from mpisph.case.model import Case
+from mpisph.physics.response import MaterialModels
+
+__all__ = ["find_warnings"]
+
+_SLOW, _FAST = 100.0, 30e3
+"""Impact velocities [m/s] beyond which a unit is likely wrong: km/h for km/s gives some
+2 m/s, a number in m/s with the unit km/s some 7000 km/s. Guns reach 12 km/s."""
+
+_STRENGTH_COUNTS = 3e3
+"""Impact velocity [m/s] below which strength decides what comes out of an impact."""
+
+_FEWEST_ROWS = 3
+"""Particles across a wall. With two it splits along its middle; one has no inside."""
+
+_FEWEST_NPR = 4
+
+_LEAST_NPH = 0.8
+_LEAST_VISCOSITY = 1.0
+"""Measured on shots 4-1283 and 4-1353 at NPR 5 and 6, lowest internal energy over the
+kinetic energy per mass of the impact: not below zero for alpha = beta of 1 and more
+and NPH of 0.8 and more; -0.01 to -0.05 at 0.5, -0.01 to -0.14 at 0. With an NPH of 0.7
+it is -0.07, with 0.6 and 0.5 it is -5 to -27 and the run breaks down at any alpha."""
+
+
+def find_warnings(case: Case) -> list[str]:
+    """Return what makes no physical sense in a sound case, or hardly any.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    list of str
+        Each names the keys to blame and says what to do.
+    """
+    rules = (
+        _warn_of_meeting,
+        _warn_of_velocity,
+        _warn_of_thin_walls,
+        _warn_of_foam,
+        _warn_of_smoothing,
+        _warn_of_viscosity,
+    )
+    return [text for rule in rules for text in rule(case)]
+
+
+def _warn_of_meeting(case: Case) -> Iterator[str]:
+    """Warn of bodies that never meet, or not before the end of the run."""
+    bodies, end = case.bodies, case.end_time
+    if case.initial is not None:  # shapes say nothing of particles of one's own
+        return
+    if len(bodies) == 1:
+        yield f"bodies: there is only {bodies[0].name}, which nothing hits"
+        return
+    meeting = first_contact(bodies)
+    if math.isinf(meeting):
+        listed = ", ".join(f"{b.name} at {b.velocity:g} m/s" for b in bodies)
+        yield (
+            f"bodies.*.velocity: no two bodies ever meet ({listed}); velocities are "
+            "along +z: look at their signs, and at the positions"
+        )
+        return
+    if meeting > end:
+        yield (
+            f"time.end: the first bodies meet at {_us(meeting)}, after the end of the "
+            f"run at {_us(end)}; let it last longer, or narrow the gap (bodies.*."
+            "position)"
+        )
+        return
+    if meeting > 0.0:
+        yield (
+            f"bodies.*.position: the first bodies meet at {_us(meeting)} only, and "
+            "times count from the start of the run; bodies that touch at the start "
+            "save these steps"
+        )
+    for body in bodies:
+        others = [other for other in bodies if other is not body]
+        soonest = min(meeting_time(body, other, anywhere=True) for other in others)
+        if soonest > end:
+            when = "ever" if math.isinf(soonest) else f"before {_us(soonest)}"
+            yield (
+                f"bodies.{body.name}: nothing reaches {body.name} {when}, and the run "
+                f"ends at {_us(end)}; look at time.end, its position and velocity"
+            )
+
+
+def _warn_of_velocity(case: Case) -> Iterator[str]:
+    """Warn of velocities that look like a slip of the unit."""
+    velocity = case.impact_velocity
+    if 0.0 < velocity < _SLOW or velocity > _FAST:
+        yield (
+            f"bodies.*.velocity: the impact has {velocity:.4g} m/s; a number is in "
+            'm/s, and a string carries its unit, as in "6.7 km/s": is the unit right?'
+        )
+
+
+def _warn_of_thin_walls(case: Case) -> Iterator[str]:
+    """Warn of walls of one or two particles."""
+    for body in case.bodies if case.initial is None else ():
+        axis, thickness, _ = min(body.section.walls, key=lambda wall: wall.thickness)
+        rows = max(1, round(thickness / case.spacing))
+        if rows >= _FEWEST_ROWS:
+            continue
+        finer = f"resolution.spacing = {thickness / _FEWEST_ROWS:.3g}"
+        if case.resolution.npr is not None:
+            needed = case.resolution.npr * case.spacing * _FEWEST_ROWS / thickness
+            # A whole number but for rounding is that number.
+            finer = f"resolution.npr = {math.ceil(needed * (1.0 - 1e-9))}"
+        what = (
+            "1 particle: no wave can run through it"
+            if rows == 1
+            else "2 particles: its halves part, and hole and shock say little"
+        )
+        yield f"bodies.{body.name}: along {axis} it has {what}; {finer} gives it 3"
+
+
+def _warn_of_foam(case: Case) -> Iterator[str]:
+    """Warn of strong matter that bears no tension where strength decides."""
+    if not 0.0 < case.impact_velocity < _STRENGTH_COUNTS:
+        return
+    for name in dict.fromkeys(body.material for body in case.bodies):
+        models = [m for m in case.material_table if m.material == name]
+        if any(_strong_without_tension(model) for model in models):
+            yield (
+                f"scheme.p_min, for {name}: with a minimum pressure of 0 the material "
+                f"bears no tension, and at {case.impact_velocity:g} m/s what has "
+                'strength turns to foam; set mode = "off", or a spall strength as '
+                'value, such as "-1.2 GPa"'
+            )
+
+
+def _strong_without_tension(models: MaterialModels) -> bool:
+    strength, failure = (models.names[kind] for kind in ("strength", "failure"))
+    if strength != "elastic-plastic" or failure != "minimum-pressure":
+        return False
+    constants: Any = models.constants
+    limit, yields = constants[failure], constants[strength].yield_strength
+    return bool(yields > 0.0 and limit.value == 0.0 and limit.mode != "off")
+
+
+def _warn_of_smoothing(case: Case) -> Iterator[str]:
+    """Warn of too few particles, or too few neighbours."""
+    npr, nph = case.resolution.npr, case.resolution.nph
+    if npr is not None and npr < _FEWEST_NPR:
+        yield (
+            f"resolution.npr: {npr} particles along a radius resolve no shock; take "
+            f"{_FEWEST_NPR} for a trial and 10 or more for results"
+        )
+    if nph < _LEAST_NPH:
+        yield (
+            f"resolution.nph: with {nph:g} a particle has too few neighbours, and "
+            "internal energies fall far below zero; take "
+            f"{_LEAST_NPH:g} or more (default 2)"
+        )
+
+
+def _warn_of_viscosity(case: Case) -> Iterator[str]:
+    """Warn of an artificial viscosity that stops no particles from passing through."""
+    viscosity = case.scheme.viscosity
+    if viscosity.alpha < _LEAST_VISCOSITY:
+        yield (
+            f"scheme.viscosity.alpha: with {viscosity.alpha:g} particles pass through "
+            "each other at a shock, and internal energies fall below zero; take "
+            f"{_LEAST_VISCOSITY:g} or more (default 2.5)"
+        )
+
+
+def _us(time: float) -> str:
+    """Return a time [s] for people."""
+    return f"{1e6 * time:.4g} us"

@@ -1,0 +1,137 @@
+"""What is accepted but hardly meant: warnings, each with its key and what to do."""
+
+import math
+
+import pytest
+from launch import CASES
+
+from mpisph.case import case_from_dict, load_case
+from mpisph.case.contact import first_contact, meeting_time
+from mpisph.case.plausibility import find_warnings
+
+SHOT = CASES / "piekutowski-4-1353.toml"
+
+
+def body(shape="plate", **settings):
+    sizes = {
+        "plate": {"thickness": 2e-3, "radius": 20e-3},
+        "sphere": {"radius": 5e-3},
+        "cylinder": {"length": 10e-3, "radius": 5e-3},
+        "spherical_shell": {"outer_radius": 20e-3, "inner_radius": 15e-3},
+    }
+    common = {"name": shape.replace("_", "-"), "material": "al-6061-t6"}
+    return {**common, "shape": shape, **sizes[shape], **settings}
+
+
+def case_of(*bodies, end=10e-6, **sections):
+    return case_from_dict(
+        {
+            "title": "t",
+            "bodies": list(bodies),
+            "resolution": {"spacing": 0.25e-3},
+            "time": {"end": end},
+            **sections,
+        }
+    )
+
+
+def keys(case):
+    return [text.partition(":")[0].partition(",")[0] for text in find_warnings(case)]
+
+
+@pytest.mark.parametrize(
+    "name", ["piekutowski-4-1291", "piekutowski-4-1352", "piekutowski-4-1353"]
+)
+def test_shots_have_none(name):
+    assert find_warnings(load_case(CASES / f"{name}.toml")) == []
+
+
+@pytest.mark.parametrize(
+    ("overrides", "key", "words"),
+    [
+        (["bodies.sphere.velocity=-6.68 km/s"], "bodies.*.velocity", "signs"),
+        (["bodies.sphere.velocity=0"], "bodies.*.velocity", "no two bodies ever meet"),
+        (["bodies.sphere.position=-500 mm"], "time.end", "meet at 74.1"),
+        (["bodies.sphere.position=-14.765 mm"], "bodies.*.position", "1.497 us only"),
+        (["bodies.sphere.velocity=6.68 km/h"], "bodies.*.velocity", "1.856 m/s"),
+        (["bodies.sphere.velocity=66.8 km/s"], "bodies.*.velocity", "6.68e+04 m/s"),
+        (["bodies.plate.thickness=0.5 mm"], "bodies.plate", "resolution.npr = 29"),
+        (["bodies.plate.thickness=0.9 mm"], "bodies.plate", "along z it has 2"),
+        (["bodies.sphere.velocity=2 km/s"], "scheme.p_min", 'mode = "off"'),
+        (["resolution.npr=3"], "resolution.npr", "resolve no shock"),
+        (["resolution.nph=0.7"], "resolution.nph", "take 0.8 or more"),
+        (["scheme.viscosity.alpha=0.5"], "scheme.viscosity.alpha", "take 1 or more"),
+    ],
+)
+def test_each_warning_names_its_key_and_what_to_do(overrides, key, words):
+    texts = find_warnings(load_case(SHOT, overrides))
+    found = [text for text in texts if text.startswith(key) and words in text]
+    assert len(found) == 1, texts
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"p_min": {"mode": "off"}},
+        {"p_min": {"value": -1.2e9}},
+        {"strength": "none"},
+    ],
+)
+def test_foam_needs_strength_and_a_limit_of_zero(settings):
+    bodies = body("cylinder", velocity=200.0, position=-10e-3), body()
+    assert keys(case_of(*bodies)) == ["scheme.p_min"]
+    assert keys(case_of(*bodies, scheme=settings)) == []
+
+
+def test_a_wall_that_nothing_reaches_in_time_is_named():
+    """What the sphere makes of the bumper may spread and reach a ring around."""
+    bumper, wall = body(name="bumper"), body(name="wall", position=60e-3)
+    sphere = body("sphere", velocity=6e3, position=-5e-3)
+    (text,) = find_warnings(case_of(sphere, bumper, wall, end=5e-6))
+    assert text.startswith("bodies.wall: nothing reaches wall before 10 us")
+    assert find_warnings(case_of(sphere, bumper, wall, end=12e-6)) == []
+    ring = {**wall, "inner_radius": 10e-3}
+    assert find_warnings(case_of(sphere, bumper, ring, end=12e-6)) == []
+
+
+def test_one_body_alone_hits_nothing():
+    assert keys(case_of(body("sphere", velocity=5e3))) == ["bodies"]
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "meets"),
+    [
+        # Tangent, and moving on or away.
+        (body("sphere", position=-5e-3, velocity=1e3), body(), 0.0),
+        (body("sphere", position=-5e-3, velocity=-1e3), body(), math.inf),
+        # From behind.
+        (body("sphere", position=17e-3, velocity=-1e3), body(), 10e-6),
+        # Through a hole, or into its edge.
+        (
+            body("cylinder", radius=4e-3, position=-20e-3, velocity=1e3),
+            body(inner_radius=5e-3),
+            math.inf,
+        ),
+        (
+            body("cylinder", position=-20e-3, velocity=1e3),
+            body(inner_radius=4e-3),
+            10e-6,
+        ),
+        # A sphere of 5 mm meets a hole of 3 mm 1 mm later than a plate.
+        (
+            body("sphere", position=-15e-3, velocity=1e3),
+            body(inner_radius=3e-3),
+            11e-6,
+        ),
+        # Within the hollow, and at rest beside one another.
+        (body("sphere", velocity=1e3), body("spherical_shell"), 0.0),
+        (body(), body(position=2e-3), 0.0),
+        (body(), body(position=3e-3), math.inf),
+    ],
+)
+def test_meeting_times_against_closed_forms(one, other, meets):
+    bodies = case_of(one, {**other, "name": "other"}).bodies
+    for pair in (bodies, bodies[::-1]):
+        assert meeting_time(*pair) == pytest.approx(meets, abs=2e-8)
+    if "velocity" in one:
+        assert first_contact(bodies) == meeting_time(*bodies)
