@@ -1,7 +1,8 @@
 """The program: all commands, and what happens to their errors.
 
 Every rank runs the same commands; rank 0 alone prints. Exit codes: 0 done, 2 bad input,
-3 unstable run, 75 stopped and to be continued, 1 anything else. An error that one rank
+3 unstable run, 75 stopped and to be continued, 128 + N ended by signal N where there is
+no run to stop, 1 anything else. An error that one rank
 meets alone, and the death of a rank, end all.
 """
 
