@@ -310,6 +310,12 @@ def clock_run(folder: Path, case: Case) -> ClockRun:
         )
     try:
         history = read_history(folder / HISTORY_FILE)
+        last = int(history["step"][-1]) if history.size else 0
+        if last < status.step - case.output.history_every:
+            raise ValueError(
+                f"{HISTORY_FILE} is damaged: it ends at step {last}, the run at "
+                f"step {status.step}"
+            )
         fit = fit_clock(history, case)
         particles = read_result(folder / RESULT_FILE).particles
     except ValueError as error:
