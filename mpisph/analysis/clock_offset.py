@@ -312,10 +312,11 @@ def clock_run(folder: Path, case: Case) -> ClockRun:
         )
     history = _read(folder / HISTORY_FILE, read_history)
     particles = _read(folder / RESULT_FILE, read_result).particles
-    if len(history) == 0 or history["time"][-1] < status.time:
+    last = int(history["step"][-1]) if history.size else 0
+    if last < status.step - case.output.history_every:
         raise MpisphError(
-            f"{folder / HISTORY_FILE}: ends before the run does; `mpisph resume "
-            f"{folder}` mends what it can"
+            f"{folder / HISTORY_FILE}: damaged: it ends at step {last}, the run at step "
+            f"{status.step}"
         )
     try:
         fit = fit_clock(history, case)

@@ -14,7 +14,7 @@ __all__ = ["Draft", "draft_case"]
 FINEST, COARSEST, LEAST_ROWS = 40, 10, 4
 # Resolution (NPR): as much as gives the plate so many rows of particles.
 
-FEWEST_ROWS = 2
+FEWEST_ROWS = 3
 """Rows of particles that a plate must have unless the resolution is given."""
 
 PLATE_RADIUS = 4.0
@@ -92,7 +92,7 @@ def draft_case(draft: Draft) -> str:
     radius = draft.plate_radius or PLATE_RADIUS * d
     npr = draft.npr or _resolution(d, t)
     rows = t / (d / 2 / npr)
-    if draft.npr is None and rows < FEWEST_ROWS:
+    if draft.npr is None and round(rows) < FEWEST_ROWS:
         text = f"a plate of {_mm(t)} has {rows:.2g} rows of particles at npr {npr}"
         raise CaseError([Problem(f"{text}; give a resolution with --npr")])
     way = d + t + (CLOUD_LENGTH * d if draft.wall is None else draft.wall)
