@@ -315,8 +315,8 @@ def clock_run(folder: Path, case: Case) -> ClockRun:
     last = int(history["step"][-1]) if history.size else 0
     if last < status.step - case.output.history_every:
         raise MpisphError(
-            f"{folder / HISTORY_FILE}: damaged: it ends at step {last}, the run at step "
-            f"{status.step}"
+            f"{folder / HISTORY_FILE} is damaged: it ends at step {last}, the run at "
+            f"step {status.step}"
         )
     try:
         fit = fit_clock(history, case)

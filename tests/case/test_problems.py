@@ -380,7 +380,7 @@ def test_errors_can_be_sent_between_ranks(data):
 @pytest.mark.parametrize(
     ("given", "key", "expected", "suggestion"),
     [
-        ({"value": 8960, "sourc": "x"}, "sourc", "unknown key", "source"),
+        ({"value": 8960, "sources": "x"}, "sources", "unknown key", "source"),
         ({"val": 8960, "source": "x"}, "val", "unknown key", "value"),
         ({"value": 8960}, "source", "required", None),
         ({}, "value", "required", None),
