@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from mpisph.analysis.ring_sections import ring_sections
 from mpisph.core.particles import FloatArray, IntArray
-from mpisph.diagnostics.cloud import CloudDefinition, in_cloud
+from mpisph.diagnostics.cloud import CloudDefinition, in_cloud, shows_arrival
 
 CONTACT = 1.5
 """Particles nearer than this multiple of the mean of their sizes touch.
@@ -103,16 +103,17 @@ def find_fragments(
     Returns
     -------
     Fragments
-        Empty arrays where there is no cloud.
+        Empty arrays where there is no cloud, or where it has come to the next body.
     """
-    cloud = np.flatnonzero(
-        in_cloud(arrays["body"], arrays["z"], arrays["u_z"], definition)
-    )
+    body, z, u_z = (arrays[name] for name in ("body", "z", "u_z"))
+    inside = in_cloud(body, z, u_z, definition)
+    inside &= not shows_arrival(body, z, arrays["u_r"], u_z, definition).any()
+    cloud = np.flatnonzero(inside)
     size = (ring_sections(arrays).side if sizes is None else sizes)[cloud]
     places = np.column_stack([arrays["r"], arrays["z"]])[cloud]
     labels = _clusters(places, size, factor)
     k = int(labels.max(initial=-1)) + 1
-    m, body = arrays["m"][cloud], arrays["body"][cloud]
+    m, body = arrays["m"][cloud], body[cloud]
     mass = _summed(labels, m, k)
     # Equal masses stand in the order of their first particles.
     first = np.full(k, len(cloud))

@@ -26,7 +26,9 @@ import numpy as np
 import numpy.typing as npt
 
 from mpisph.analysis.ring_sections import RingSections, ring_sections
-from mpisph.case import Case
+from mpisph.case import Case, Sphere
+from mpisph.case.bodies import Body
+from mpisph.case.target import bodies_behind
 from mpisph.core.particles import FloatArray
 from mpisph.diagnostics.cloud import cloud_definition, target_plate
 
@@ -42,14 +44,15 @@ class Hole(NamedTuple):
     opening : float
         With lips that are bent out of the plate counted as plate: what one would see
         along the axis [m].
-    uncertainty : float
-        One initial spacing of the particles, by which either may be off in either
-        direction [m]: the grain of the measure, not how far the run has converged.
+    grain : float
+        One initial spacing of the particles, by which the edge may be off in either
+        direction [m]. It is the resolution of the measure and no error bar: how far
+        the run has converged is not in it, and weighs more (see the table above).
     """
 
     diameter: float
     opening: float
-    uncertainty: float
+    grain: float
 
 
 def measure_hole(arrays: Mapping[str, npt.NDArray[Any]], case: Case) -> Hole:
@@ -118,13 +121,68 @@ def _edge(ring: RingSections, share: FloatArray, largest: float) -> float:
     return float(radius[np.argmin(np.concatenate([[0.0], np.cumsum(change)]))])
 
 
+FIT_VELOCITIES = 2e3, 8e3
+"""Velocities [m/s] for which the fits are used: what guns of their time reached. The
+bounds are chosen here, on the safe side."""
+
+FIT_THICKNESSES = 0.05, 0.5
+"""Thickness of the plate over the sphere's diameter for which they are used; chosen
+here as well."""
+
+_ALUMINIUM = 0.9
+# Fraction of the mass that makes an alloy one of aluminium.
+
+
+def fits_hold(case: Case) -> Sphere | None:
+    """Return the sphere whose hole the fits to experiments describe, if any.
+
+    Parameters
+    ----------
+    case : Case
+
+    Returns
+    -------
+    Sphere or None
+        One of aluminium that alone hits the target plate, of aluminium and at rest,
+        within `FIT_VELOCITIES` and `FIT_THICKNESSES`. What stands behind the plate does
+        not matter.
+    """
+    plate = target_plate(case)
+    if plate is None or plate.velocity != 0.0:
+        return None
+    behind = bodies_behind(case.bodies, plate)
+    others = [
+        body
+        for k, body in enumerate(case.bodies)
+        if k not in behind and body is not plate
+    ]
+    if len(others) != 1 or not isinstance(others[0], Sphere):
+        return None
+    sphere = others[0]
+    ratio = plate.thickness / (2.0 * sphere.radius)
+    holds = (
+        FIT_VELOCITIES[0] <= abs(sphere.velocity) <= FIT_VELOCITIES[1]
+        and FIT_THICKNESSES[0] <= ratio <= FIT_THICKNESSES[1]
+        and all(_is_aluminium(case, body) for body in (sphere, plate))
+    )
+    return sphere if holds else None
+
+
+def _is_aluminium(case: Case, body: Body) -> bool:
+    return case.body_material(body).composition.get("Al", 0.0) >= _ALUMINIUM
+
+
 def maiden_diameter(
     sphere_diameter: float, thickness: float, velocity: float, sound_speed: float
 ) -> float:
     """Return the hole's diameter by Maiden's fit [m].
 
     ``D/d = 2.4 (V/c)(t/d)^(2/3) + 0.9``, for aluminium spheres on thin aluminium
-    plates; experiments scatter about it by some 10 %.
+    plates; experiments scatter about it by some 10 %. See `fits_hold`.
+
+    References
+    ----------
+    Maiden, Gehring and McMillan (1963), GM Defense Research Laboratories TR 63-225.
 
     Parameters
     ----------
@@ -143,7 +201,11 @@ def nysmith_diameter(
     """Return the hole's diameter by Nysmith's fit [m].
 
     ``D/d = 0.88 V^0.5 (t/d)^0.45 + 1`` with V in km/s, for aluminium spheres on thin
-    aluminium plates; experiments scatter about it by some 10 %.
+    aluminium plates; experiments scatter about it by some 10 %. See `fits_hold`.
+
+    References
+    ----------
+    Nysmith and Denardo (1969), NASA TN D-5492.
 
     Parameters
     ----------

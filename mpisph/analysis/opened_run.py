@@ -115,7 +115,10 @@ class OpenedSnapshot(Mapping[str, npt.NDArray[Any]]):
         return mesh
 
     def cloud(self) -> CloudMeasure:
-        """Measure the debris cloud: R_b, L_b, front velocity, mass."""
+        """Measure the debris cloud: R_b, L_b, front velocity, mass.
+
+        All is NaN once the cloud has come to the next body.
+        """
         return measure_arrays(self.arrays, cloud_definition(self.case))
 
     def hole(self) -> Hole:
@@ -254,10 +257,10 @@ class OpenedRun:
         rows = [
             (
                 f"{1e6 * cloud.time:.6g}",
-                f"{1e3 * cloud.radius:.2f}",
-                f"{1e3 * cloud.length:.2f}",
-                f"{1e-3 * cloud.front_velocity:.3f}",
-                f"{1e3 * cloud.mass:.4g}",
+                _number(1e3 * cloud.radius, ".2f"),
+                _number(1e3 * cloud.length, ".2f"),
+                _number(1e-3 * cloud.front_velocity, ".3f"),
+                _number(1e3 * cloud.mass, ".4g"),
             )
             for cloud in _spread(self.clouds)
         ]
@@ -296,6 +299,11 @@ def _spread(clouds: tuple[CloudRecord, ...]) -> list[CloudRecord]:
     """Return a table's worth of clouds from the first to the last."""
     step = max(1, math.ceil(len(clouds) / _SHOWN_TIMES))
     return list(clouds[::-1][::step][::-1])
+
+
+def _number(value: float, form: str) -> str:
+    """Return a number, or a dash where there is no measure."""
+    return f"{value:{form}}" if math.isfinite(value) else "\u2013"
 
 
 def _microseconds(time: float) -> str:

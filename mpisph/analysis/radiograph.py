@@ -8,6 +8,7 @@ focus is in the picture.
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,18 +16,15 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from mpisph.analysis.ring_sections import RingSections, ring_sections
+from mpisph.case import Case
 from mpisph.core.particles import FloatArray
 
-ALUMINIUM_80_KEV = 0.02018
-"""Mass attenuation coefficient of aluminium for photons of 80 keV [m2/kg].
+PHOTON_ENERGY = 80e3
+"""Energy of the photons [eV]. Flash tubes of 150 to 300 kV send a continuous spectrum;
+80 keV stands for it."""
 
-Flash tubes of 150 to 300 kV send a continuous spectrum; 80 keV stands for it. The
-figures for 60 and 100 keV are 0.02778 and 0.01704 m2/kg.
-
-References
-----------
-Hubbell and Seltzer, Tables of X-Ray Mass Attenuation Coefficients, NISTIR 5632.
-"""
+ALUMINIUM = (("Al", 1.0),)
+"""What stands for a material whose composition is not known."""
 
 _CHUNK = 8192
 # Particles at a time: their profiles take some tens of MB.
@@ -56,6 +54,7 @@ def areal_density(
     y_max: float,
     pixel: float,
     widen: float = 1.0,
+    weights: FloatArray | None = None,
 ) -> Radiograph:
     """Project the particles onto the film.
 
@@ -80,6 +79,9 @@ def areal_density(
         Factor on the sides of the sections, at the same mass. The kernel spreads a
         particle as much as a section of ``sqrt(6) h`` does, which is a factor of 4.9
         for a smoothing length of 2 spacings.
+    weights : ndarray, shape (n,), optional
+        Factor on the mass of each particle, such as its attenuation relative to that of
+        a reference material.
 
     Returns
     -------
@@ -102,6 +104,8 @@ def areal_density(
     ring, z = _widened(ring_sections(arrays), arrays["r"], widen), arrays["z"]
     volume = np.pi * (ring.outer**2 - ring.inner**2) * ring.side
     density = arrays["m"] / volume
+    if weights is not None:
+        density = density * weights
     seen = (z + 0.5 * ring.side > z_edges[0]) & (z - 0.5 * ring.side < z_edges[-1])
     shown = np.flatnonzero(seen)
     half = np.zeros((len(z_edges) - 1, len(y_half) - 1))
@@ -176,18 +180,60 @@ def _disc_area(radius: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(R * R * share_area)
 
 
-def transmission(
-    areal_density: FloatArray, mass_attenuation: float = ALUMINIUM_80_KEV
-) -> FloatArray:
+def material_attenuations(case: Case, energy: float = PHOTON_ENERGY) -> FloatArray:
+    """Return the mass attenuation coefficient of every material of a case [m2/kg].
+
+    Parameters
+    ----------
+    case : Case
+    energy : float, optional
+        Of the photons [eV].
+
+    Returns
+    -------
+    ndarray, shape (materials,)
+        In the order of ``case.material_table``. A material without a composition is
+        taken for aluminium.
+    """
+    materials = (case.materials[models.material] for models in case.material_table)
+    parts = (tuple(material.composition.items()) for material in materials)
+    return np.array([mass_attenuation(each or ALUMINIUM, energy) for each in parts])
+
+
+@lru_cache(maxsize=256)
+def mass_attenuation(
+    composition: tuple[tuple[str, float], ...], energy: float = PHOTON_ENERGY
+) -> float:
+    """Return a mass attenuation coefficient, coherent scattering included [m2/kg].
+
+    Parameters
+    ----------
+    composition : tuple of (str, float)
+        Elements with their fractions by mass.
+    energy : float, optional
+        Of the photons [eV].
+
+    References
+    ----------
+    Elam, Ravel and Sieber (2002), Radiat. Phys. Chem. 63, 121, as in xraydb.
+    """
+    # Imported here: it takes two seconds to load.
+    from xraydb import mu_elam
+
+    cm2_per_g = 0.1
+    return float(sum(w * mu_elam(name, energy) for name, w in composition)) * cm2_per_g
+
+
+def transmission(areal_density: FloatArray, mass_attenuation: float) -> FloatArray:
     """Return the share of the rays that pass, by Lambert and Beer's law.
 
     Parameters
     ----------
     areal_density : ndarray
         [kg/m2].
-    mass_attenuation : float, optional
-        Of the material for the photons' energy [m2/kg]; by default that of aluminium
-        at 80 keV. Photons of one energy, and none that are scattered onto the film.
+    mass_attenuation : float
+        Of the material for the photons' energy [m2/kg]. Photons of one energy, and none
+        that are scattered onto the film.
 
     Returns
     -------

@@ -14,11 +14,14 @@ __all__ = ["Draft", "draft_case"]
 FINEST, COARSEST, LEAST_ROWS = 40, 10, 4
 # Resolution (NPR): as much as gives the plate so many rows of particles.
 
-FEWEST_ROWS = 2
+FEWEST_ROWS = 3
 """Rows of particles that a plate must have unless the resolution is given."""
 
 PLATE_RADIUS = 4.0
 """Radius of a plate in diameters of the sphere: its rim does not matter."""
+
+WALL_RADIUS = 0.7
+"""Least radius of a wall in its distance; a cloud is about as wide as it is long."""
 
 CLOUD_LENGTH = 6.0
 """Flight after the impact in diameters of the sphere, where there is no wall."""
@@ -89,7 +92,7 @@ def draft_case(draft: Draft) -> str:
     radius = draft.plate_radius or PLATE_RADIUS * d
     npr = draft.npr or _resolution(d, t)
     rows = t / (d / 2 / npr)
-    if draft.npr is None and rows < FEWEST_ROWS:
+    if draft.npr is None and round(rows) < FEWEST_ROWS:
         text = f"a plate of {_mm(t)} has {rows:.2g} rows of particles at npr {npr}"
         raise CaseError([Problem(f"{text}; give a resolution with --npr")])
     way = d + t + (CLOUD_LENGTH * d if draft.wall is None else draft.wall)
@@ -98,6 +101,8 @@ def draft_case(draft: Draft) -> str:
     names = [draft.sphere_material, draft.plate_material]
     sphere, plate = (Path(name).name.removesuffix(".toml") for name in names)
     title = f"{_mm(d)} {sphere} sphere at {_text(v / 1e3)} km/s on {_mm(t)} of {plate}"
+    if draft.wall is not None:
+        title += f", wall at {_mm(draft.wall)}"
     sphere_material, plate_material = map(_quoted, names)
     parts = [
         f"title = {_quoted(title)}\n",
@@ -115,7 +120,7 @@ def draft_case(draft: Draft) -> str:
                 distance=_mm(draft.wall),
                 position=_mm(t + draft.wall),
                 thickness=_mm(draft.wall_thickness or 3.0 * t),
-                radius=_mm(max(radius, draft.wall)),
+                radius=_mm(max(radius, WALL_RADIUS * draft.wall)),
                 material=plate_material,
             )
         )

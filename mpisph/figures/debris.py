@@ -11,7 +11,12 @@ from matplotlib.colors import FuncNorm
 from matplotlib.figure import Figure
 
 from mpisph.analysis.fragments import CONTACT, Fragments, find_fragments
-from mpisph.analysis.radiograph import ALUMINIUM_80_KEV, areal_density, transmission
+from mpisph.analysis.radiograph import (
+    PHOTON_ENERGY,
+    areal_density,
+    material_attenuations,
+    transmission,
+)
 from mpisph.analysis.spray import Spray, measure_spray
 from mpisph.case import Case
 from mpisph.core.particles import FloatArray
@@ -80,7 +85,7 @@ def draw_radiograph(
     snapshot: Snapshot,
     case: Case,
     out: Out,
-    mass_attenuation: float = ALUMINIUM_80_KEV,
+    energy: float = PHOTON_ENERGY,
 ) -> None:
     """Draw a synthetic flash radiograph above the particles, in one scale.
 
@@ -94,8 +99,8 @@ def draw_radiograph(
     snapshot : Snapshot
     case : Case
     out : Path or BytesIO
-    mass_attenuation : float, optional
-        [m2/kg]; see `radiograph.transmission`.
+    energy : float, optional
+        Of the photons [eV]. Each material attenuates them as its composition does.
 
     Raises
     ------
@@ -106,13 +111,15 @@ def draw_radiograph(
     view = choose_view(snapshot, case, exposure, headroom=1.12)
     lines = title_lines(case, snapshot.time, exposure)
     lines.append("above: synthetic flash radiograph; below: the particles")
+    texts = max(len(case.bodies), len(case.material_table) + 3)
     with mpl.rc_context(STYLE):
-        figure, film, particles, bar = _make_panels(view, len(lines), len(case.bodies))
+        figure, film, particles, bar = _make_panels(view, len(lines), texts)
         film.set_title("\n".join(lines), loc="left", parse_math=False)
-        image = _draw_film(film, snapshot, case, view, mass_attenuation)
+        attenuations = material_attenuations(case, energy)
+        image = _draw_film(film, snapshot, case, view, attenuations)
         film.set_ylabel("lateral distance y [mm]")
         figure.colorbar(
-            image, bar, extend="max", label="areal density along the ray [g/cm²]"
+            image, bar, extend="max", label=_density_label(case, attenuations)
         )
         draw_particles(particles, snapshot, case, view)
         particles.set_ylabel("radius r [mm]")
@@ -123,9 +130,10 @@ def draw_radiograph(
         figure.text(
             particles.get_position().x1,
             0.06 / figure.get_figheight(),
-            f"Grey: (1 \u2212 exp(\u2212µσ))$^{{{_SHADE:g}}}$ with µ = "
-            f"{mass_attenuation / _KG_M2:.3g} cm²/g; parallel rays,\n"
-            f"no scattering. Each particle is a ring, {_WIDEN:g} sizes wide:\n"
+            f"Grey: (1 \u2212 exp(\u2212µσ))$^{{{_SHADE:g}}}$ with µ at "
+            f"{1e-3 * energy:g} keV of\n{_attenuations_text(case, attenuations)};\n"
+            "parallel rays, no scattering. Each particle is a ring, "
+            f"{_WIDEN:g} sizes wide:\n"
             "stripes are single rings, not features of the cloud.",
             ha="right",
             va="bottom",
@@ -163,9 +171,12 @@ def _draw_film(
     snapshot: Snapshot,
     case: Case,
     view: View,
-    mass_attenuation: float,
+    attenuations: FloatArray,
 ) -> Any:
-    """Draw the areal density [g/cm2] in greys, and return the image."""
+    """Draw the areal density [g/cm2] in greys, and return the image.
+
+    Of several materials it is that of the first which attenuates as much.
+    """
     arrays, definition = snapshot.arrays, cloud_definition(case)
     pixel = 1e-3 * (view.z_high - view.z_low) / _FILM_PIXELS
     window = (
@@ -174,8 +185,12 @@ def _draw_film(
         pixel,
         _WIDEN,
     )
-    film = areal_density(arrays, *window)
-    dense = areal_density(_subject(arrays, definition), *window).areal_density
+    mass_attenuation = float(attenuations[0])
+    weights = attenuations / mass_attenuation
+    film = areal_density(arrays, *window, weights[arrays["material"]])
+    subject = _subject(arrays, definition)
+    of_subject = weights[subject["material"]]
+    dense = areal_density(subject, *window, of_subject).areal_density
     darkest = -math.log(_FEWEST_RAYS) / mass_attenuation
     if dense.any():
         darkest = min(darkest, float(np.quantile(dense[dense > 0.0], _DARKEST)))
@@ -198,6 +213,24 @@ def _draw_film(
         rasterized=True,
         zorder=0,
     )
+
+
+def _density_label(case: Case, attenuations: FloatArray) -> str:
+    """Return what the grey stands for."""
+    label = "areal density along the ray"
+    if np.ptp(attenuations) > 0.0:
+        label = f"{label}, as of {case.material_table[0].material}"
+    return f"{label} [g/cm²]"
+
+
+def _attenuations_text(case: Case, attenuations: FloatArray) -> str:
+    """Return the coefficient of each material, and which are not known."""
+    found: dict[str, str] = {}
+    for models, value in zip(case.material_table, attenuations, strict=True):
+        known = case.materials[models.material].composition
+        guess = "" if known else " (no composition: as aluminium)"
+        found[models.material] = f"{models.material}: {value / _KG_M2:.3g} cm²/g{guess}"
+    return ";\n".join(found.values())
 
 
 def _subject(arrays: Arrays, definition: CloudDefinition) -> Arrays:
@@ -274,6 +307,8 @@ def _draw_bins(
     per_degree = values / np.diff(spray.edges)
     base = np.zeros(per_degree.shape[1])
     for index, (name, row) in enumerate(zip(names, per_degree, strict=True)):
+        if not spray.mass[index].any():
+            continue
         colour = body_colour(index)
         label = f"{name} ({1e3 * spray.mass[index].sum():.3g} g)"
         axes.stairs(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import Field, create_model, model_validator
 
-from mpisph.inputs.quantities import Density, Description
+from mpisph.inputs.quantities import PROSE, Density, Description, Fraction
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.eos.linear import Linear
 from mpisph.physics.response import KINDS
@@ -29,6 +30,17 @@ TABLES = {
 """Constants of every model that has any, by its name."""
 
 
+ELEMENTS = frozenset(
+    "H He Li Be B C N O F Ne Na Mg Al Si P S Cl Ar K Ca Sc Ti V Cr Mn Fe Co Ni Cu Zn "
+    "Ga Ge As Se Br Kr Rb Sr Y Zr Nb Mo Tc Ru Rh Pd Ag Cd In Sn Sb Te I Xe Cs Ba La Ce "
+    "Pr Nd Pm Sm Eu Gd Tb Dy Ho Er Tm Yb Lu Hf Ta W Re Os Ir Pt Au Hg Tl Pb Bi Po At "
+    "Rn Fr Ra Ac Th Pa U Np Pu Am Cm Bk Cf".split()
+)
+"""Symbols of the chemical elements with tabled attenuation."""
+
+Composition = Annotated[dict[str, Fraction], PROSE]
+"""No motion depends on it, so it is no part of which case it is."""
+
 _LEAST_MODULUS, _LARGEST_MODULUS = 1.0, 1e15
 # Bounds of a pressure that is given [Pa].
 
@@ -42,12 +54,25 @@ class _Material(Sourced):
     """What the material is, in words."""
     rho0: Density
     """Reference density."""
+    composition: Composition = Field(default_factory=dict, max_length=20)
+    """Elements by their fractions of the mass; radiographs alone need it."""
     eos: EquationOfState | None = None
     """Equation of state (R8); the scheme's, if left out."""
     strength: Strength | None = None
     """Strength model (R7); the scheme's, if left out."""
     failure: Failure | None = None
     """Failure model (R9); the scheme's, if left out."""
+
+    @model_validator(mode="after")
+    def _check_composition(self) -> Self:
+        """Require elements, whose fractions make a whole."""
+        unknown = [name for name in self.composition if name not in ELEMENTS]
+        if unknown:
+            raise ValueError(f"composition: {', '.join(unknown)}: no chemical element")
+        whole = math.fsum(self.composition.values())
+        if self.composition and not math.isclose(whole, 1.0, abs_tol=0.01):
+            raise ValueError(f"composition: the fractions make {whole:g}; expected 1")
+        return self
 
     @model_validator(mode="wrap")
     @classmethod

@@ -73,7 +73,9 @@ def label_of(parameter: Parameter) -> str:
 
 
 def _values(parameter: Parameter) -> str:
-    """Return a parameter's values, long regular lists by their step."""
+    """Return a parameter's values; long lists by their step, or by their number."""
+    if parameter.joined:
+        return _values_of_rows(parameter)
     if parameter.numeric and len(parameter.values) > _EVEN:
         numbers = np.array(parameter.values, dtype=float)
         steps = np.diff(numbers)
@@ -83,11 +85,22 @@ def _values(parameter: Parameter) -> str:
     return ", ".join(map(value_text, parameter.values))
 
 
+def _values_of_rows(parameter: Parameter) -> str:
+    """Return the different values in the rows of a file."""
+    found = list(dict.fromkeys(parameter.values))
+    if parameter.numeric and len(found) > _EVEN:
+        numbers = [float(value) for value in found]
+        return f"{min(numbers):g} to {max(numbers):g} ({len(found)} values)"
+    more = len(found) - _EVEN
+    shown = ", ".join(map(value_text, found[:_EVEN]))
+    return f"{shown} and {more} more" if more > 0 else shown
+
+
 def value_text(value: Value) -> str:
-    """Return a setting's value for people."""
+    """Return a setting's value for people; a dash where a row has none."""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return str(value)
+    return str(value) or NONE
 
 
 def _variants_table(study: Study) -> Table:

@@ -135,7 +135,10 @@ def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
     head = kept[0][1] if kept else ""
     separator = max(",;\t", key=head.count)
     for number, line in kept:
-        (cells,) = csv.reader([line], delimiter=separator)
+        try:
+            (cells,) = csv.reader([line], delimiter=separator)
+        except csv.Error as error:
+            raise CaseError([Problem(str(error), str(path), number)]) from None
         yield number, [cell.strip() for cell in cells]
 
 

@@ -1,5 +1,6 @@
 """The fit of the experiment's clock."""
 
+import shutil
 import tracemalloc
 from io import StringIO
 from pathlib import Path
@@ -280,6 +281,14 @@ def test_a_run_that_is_not_complete_is_refused(tmp_path, case, files, text):
     with pytest.raises(MpisphError, match=text) as found:
         clock_run(tmp_path, case)
     assert str(tmp_path) in str(found.value)
+
+
+def test_a_history_that_was_cut_short_is_named(finished, tmp_path):
+    folder = shutil.copytree(finished, tmp_path / "cut")
+    lines = (folder / "history.csv").read_text().splitlines(keepends=True)
+    (folder / "history.csv").write_text("".join(lines[: len(lines) // 2]))
+    with pytest.raises(MpisphError, match=r"history.csv is damaged: it ends at step"):
+        clock_run(folder, load_case(folder / "case.toml"))
 
 
 def write_status(folder, **changes):

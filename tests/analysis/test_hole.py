@@ -36,14 +36,14 @@ def test_a_whole_plate_has_no_hole(shot):
     hole = measure_hole(initial(case), case)
     assert hole.diameter == pytest.approx(0.0, abs=0.1 * case.spacing)
     assert hole.opening == pytest.approx(0.0, abs=0.1 * case.spacing)
-    assert hole.uncertainty == case.spacing
+    assert hole.grain == case.spacing
 
 
 @pytest.mark.parametrize("radius", [3e-3, 9.1e-3, 20.4e-3])
 def test_the_hole_that_was_cut_is_found(case, radius):
     hole = measure_hole(holed(case, radius), case)
-    assert hole.diameter == pytest.approx(2 * radius, abs=hole.uncertainty)
-    assert hole.opening == pytest.approx(2 * radius, abs=hole.uncertainty)
+    assert hole.diameter == pytest.approx(2 * radius, abs=hole.grain)
+    assert hole.opening == pytest.approx(2 * radius, abs=hole.grain)
 
 
 def test_what_flies_through_the_hole_is_no_plate(case):

@@ -116,3 +116,12 @@ def test_a_run_without_a_result_is_opened_too(finished, tmp_path):
 def test_what_is_no_run_is_refused(tmp_path):
     with pytest.raises(MpisphError, match=r"no case\.toml"):
         mpisph.open(tmp_path)
+
+
+def test_what_is_not_measured_is_a_dash(opened, monkeypatch):
+    record = opened.clouds[0]
+    gone = record.model_copy(update={"radius": float("nan"), "mass": float("nan")})
+    monkeypatch.setattr(type(opened), "clouds", (gone,))
+    page = opened._repr_html_()
+    assert page.count("<td>\u2013</td>") == 2
+    assert "nan" not in page

@@ -5,10 +5,17 @@ import math
 import numpy as np
 import pytest
 from abel.tools.analytical import TransformPair
+from launch import CASES
 from scipy.integrate import quad
 
 import mpisph.analysis.radiograph
-from mpisph.analysis.radiograph import areal_density, transmission
+from mpisph.analysis.radiograph import (
+    areal_density,
+    mass_attenuation,
+    material_attenuations,
+    transmission,
+)
+from mpisph.case import load_case
 
 RHO = 2710.0
 
@@ -171,6 +178,43 @@ def test_transmission_of_aluminium():
     """2.699 g/cm2 are 1 cm; NIST's 0.2018 cm2/g at 80 keV, 0.1704 at 100 keV."""
     sigma = np.array([[0.0, 26.99], [53.98, 269.9]])
     wanted = np.exp(-0.2018 * sigma / 10.0)
-    assert transmission(sigma) == pytest.approx(wanted, rel=1e-12)
-    assert transmission(sigma)[0, 1] == pytest.approx(0.580, abs=1e-3)
+    assert transmission(sigma, 0.02018) == pytest.approx(wanted, rel=1e-12)
+    assert transmission(sigma, 0.02018)[0, 1] == pytest.approx(0.580, abs=1e-3)
     assert transmission(sigma, 0.01704)[0, 1] == pytest.approx(0.631, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("composition", "energy", "nist"),
+    [
+        ((("Al", 1.0),), 80e3, 0.02018),
+        ((("Al", 1.0),), 60e3, 0.02778),
+        ((("Al", 1.0),), 100e3, 0.01704),
+        ((("Cu", 1.0),), 80e3, 0.07630),
+        ((("Fe", 1.0),), 80e3, 0.05952),
+        ((("W", 1.0),), 80e3, 0.7810),
+        ((("Al", 0.9), ("Cu", 0.1)), 80e3, 0.9 * 0.02018 + 0.1 * 0.0763),
+    ],
+)
+def test_attenuation_is_that_of_nist(composition, energy, nist):
+    """Hubbell and Seltzer, NISTIR 5632 [m2/kg]."""
+    assert mass_attenuation(composition, energy) == pytest.approx(nist, rel=0.01)
+
+
+def test_each_material_of_a_case_attenuates_by_its_composition():
+    case = load_case(
+        CASES / "piekutowski-4-1353.toml", ["bodies.plate.material=cu-ofhc"]
+    )
+    assert material_attenuations(case) == pytest.approx([0.02018, 0.0763], rel=0.01)
+    bare = {
+        k: m.model_copy(update={"composition": {}}) for k, m in case.materials.items()
+    }
+    case = case.model_copy(update={"materials": bare})
+    assert material_attenuations(case) == pytest.approx([0.02018] * 2, rel=0.01)
+
+
+def test_weights_are_factors_on_the_mass():
+    arrays = random_rings()
+    view = ((-0.05, 0.05), 0.05, 0.005)
+    weights = np.full(len(arrays["m"]), 3.0)
+    one, three = (areal_density(arrays, *view, 1.0, w) for w in (None, weights))
+    assert three.areal_density == pytest.approx(3.0 * one.areal_density)

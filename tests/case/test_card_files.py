@@ -1,8 +1,10 @@
 """Cards of one's own, which bodies name by their files."""
 
+import re
+
 import pytest
 
-from mpisph.case import case_from_dict, load_case
+from mpisph.case import case_from_dict, case_schema, load_case
 from mpisph.case.identity import case_key
 from mpisph.core.errors import CaseError
 
@@ -88,6 +90,14 @@ def test_files_that_are_not_there_and_names_that_are_taken(case_file):
     card.unlink()
     with pytest.raises(CaseError, match=r"cards/steel\.toml: no such file"):
         load_case(case_file)
+
+
+def test_the_schema_lets_bodies_name_files():
+    for body in ("Sphere", "Plate"):
+        pattern = case_schema()["$defs"][body]["properties"]["material"]["pattern"]
+        for material in ("cu-ofhc", "cards/my steel.toml"):
+            assert re.search(pattern, material)
+        assert not re.search(pattern, "cards/steel")
 
 
 def test_a_card_with_the_name_of_a_shipped_one_changes_it(case_file):

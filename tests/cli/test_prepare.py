@@ -5,8 +5,9 @@ import tomllib
 import pytest
 from click.testing import CliRunner
 
-from mpisph.case import load_case
+from mpisph.case import case_from_dict, load_case
 from mpisph.case.draft import Draft, draft_case
+from mpisph.case.plausibility import find_warnings
 from mpisph.cli.main import cli
 from mpisph.core.errors import CaseError
 from mpisph.materials import card_names
@@ -58,6 +59,16 @@ def test_init_writes_a_case_that_can_be_run(tmp_path):
     assert path.read_text().count("#") > 8
 
 
+@pytest.mark.parametrize("velocity", [0.5e3, 2.9e3, 3e3, 7e3, 15e3])
+@pytest.mark.parametrize("wall", [None, 5e-3, 0.3])
+@pytest.mark.parametrize("thickness", [0.04, 0.1, 1.0, 3.0])
+def test_no_draft_asks_for_what_is_hardly_meant(velocity, wall, thickness):
+    """Thickness in diameters; no warning comes before the run."""
+    draft = Draft(5e-3, thickness * 5e-3, velocity, "al-2024-t4", "cu-ofhc", wall=wall)
+    case = case_from_dict(tomllib.loads(draft_case(draft)))
+    assert find_warnings(case) == []
+
+
 def test_init_takes_what_it_is_given(tmp_path):
     path = tmp_path / "wall.toml"
     more = ("--wall", "50mm", "--wall-thickness", "2mm", "--plate-radius", "2cm")
@@ -65,6 +76,7 @@ def test_init_takes_what_it_is_given(tmp_path):
     more += ("--npr", 6, "--end", "20us")
     assert invoke("init", path, *SIZES, *more).exit_code == 0
     case = load_case(path)
+    assert case.title.endswith(", wall at 50 mm")
     sphere, plate, wall = case.bodies
     materials = [body.material for body in case.bodies]
     assert materials == ["cu-ofhc", "al-6061-t6", "al-6061-t6"]

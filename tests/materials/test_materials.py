@@ -33,6 +33,7 @@ def test_every_number_of_a_card_has_a_source(name):
     assert sum(table is not None for table in tables) >= 3
     for part in (card, *filter(None, tables)):
         numbers = {key for key, value in part if isinstance(value, float)}
+        numbers |= {"composition"} & {key for key, value in part if value}
         assert numbers == set(part.sources)
         assert all(part.sources.values())
 
@@ -94,7 +95,7 @@ def test_bare_and_sourced_numbers_may_be_mixed():
     }
     material = Material.model_validate(raw)
     assert material.rho0 == 8900.0
-    assert material.sources == {"rho0": "here"}
+    assert material.sources["rho0"] == "here"
     assert material.constants("mie-grueneisen").c0 == 3900.0
     assert material.constants("mie-grueneisen").sources == {"c0": "there"}
 
@@ -141,6 +142,19 @@ def test_a_material_may_choose_its_own_models_and_a_body_its_equation_of_state()
     assert chosen_models(own, DEFAULTS, "mie-grueneisen").names["eos"] == (
         "mie-grueneisen"
     )
+
+
+@pytest.mark.parametrize(
+    ("composition", "words"),
+    [
+        ({"Xx": 1.0}, "Xx: no chemical element"),
+        ({"Al": 0.5}, "the fractions make 0.5; expected 1"),
+        ({"Al": 0.5, "Cu": 0.6}, "the fractions make 1.1; expected 1"),
+    ],
+)
+def test_a_composition_is_of_elements_and_makes_a_whole(composition, words):
+    with pytest.raises(ValidationError, match=words):
+        Material(rho0=2700.0, composition=composition)
 
 
 def test_a_bulk_modulus_that_is_not_given_is_computed():

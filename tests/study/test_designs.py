@@ -13,9 +13,12 @@ import mpisph
 from mpisph.case import case_from_dict
 from mpisph.core.errors import CaseError
 from mpisph.io.history import read_history
+from mpisph.io.snapshot import read_series
+from mpisph.report.study_tables import cases_table, setup_tables
 from mpisph.study.columns import column_label
 from mpisph.study.designs import read_designs
 from mpisph.study.model import load_study
+from mpisph.study.plots.convergence import convergence_panels
 from mpisph.study.plots.draw import draw_study
 from mpisph.study.plots.lines import lines_figure
 from mpisph.study.plots.map import map_figure
@@ -118,6 +121,7 @@ name = "b"
         ("time.end,time.end\n1,2\n", "this key has two columns"),
         ("#x\n\nbodies.plate.thickness\n1 mm\n1 km/s\n", "designs.csv:5: "),
         ("bodies.plate.thickxess\n1 mm\n", "did you mean thickness"),
+        ("time.end\n" + "1" * 200_000, "designs.csv:2: field larger than"),
         ("bodies.wall.velocity\n1\n", "designs.csv:2: "),
     ],
 )
@@ -195,6 +199,18 @@ def test_the_bodies_together_have_what_the_history_says(made):
         assert total == pytest.approx(last[name], rel=1e-9)
 
 
+def test_a_snapshot_that_was_moved_away_takes_its_columns_alone(made, monkeypatch):
+    study, root = made
+    whole = collect(study, root)[0]
+    monkeypatch.setattr(
+        "mpisph.study.table.read_series",
+        lambda folder: [(path / "gone", t) for path, t in read_series(folder)],
+    )
+    row = collect(study, root)[0]
+    assert row["R_b_mm"] == whole["R_b_mm"]
+    assert {"hole_mm", "kinetic_energy_rod_J"} <= whole.keys() - row.keys()
+
+
 def test_the_columns_of_a_study_are_those_it_fills(made):
     study, root = made
     row = collect(study, root)[0]
@@ -266,3 +282,23 @@ def test_columns_have_words():
         ("steps", "steps"),
     ):
         assert column_label(name) == words
+
+
+def test_a_convergence_figure_shows_columns_without_measurements(made):
+    study, root = made
+    study, spec = drawn(
+        study, kind="convergence", x="thickness", y=("R_b_mm", "hole_mm")
+    )
+    panels = convergence_panels(study, spec, collect(study, root))
+    assert [(p.quantity, p.unit) for p in panels] == [("$R_b$", "mm"), ("hole", "mm")]
+
+
+def test_the_page_of_a_study_shows_the_results_without_measurements(made):
+    study, root = made
+    rows = collect(study, root)
+    table = cases_table(study, rows)
+    shown = dict(zip(table.columns, table.rows[0], strict=True))
+    assert float(shown["hole [mm]"]) == pytest.approx(rows[0]["hole_mm"], rel=1e-2)
+    assert float(shown["thickness [mm]"]) == 2.0
+    parameters = setup_tables(study)[0].rows
+    assert ("thickness [mm]", "bodies.plate.thickness", "2.0, 1.0") in parameters
