@@ -8,9 +8,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mpisph import run as run
     from mpisph.analysis.opened_run import open_run as open
     from mpisph.case import Case, case_from_dict, load_case
+    from mpisph.run.session import run as run
 
 __version__ = "0.1.0"
 

@@ -4,11 +4,13 @@ import os
 import sys
 import warnings
 
+from mpisph.core.held_signals import hold_signals
 from mpisph.core.launcher import step_without_mpi
 
 
 def main() -> None:
     """Run the command line, or say that there is no MPI to run it with."""
+    hold_signals()
     text = step_without_mpi(os.environ)
     if text is not None:
         sys.stderr.write(f"mpisph: {text}\n" * bool(text))

@@ -21,6 +21,16 @@ def pytest_addoption(parser):
     parser.addoption("--damaged-files", type=int, default=10, help=text)
 
 
+def pytest_ignore_collect(collection_path, config):
+    """Under mpirun, leave out the modules without a parallel test.
+
+    Each rank would import them all, which takes longer than many tests.
+    """
+    if config.getoption("--with-mpi") and collection_path.suffix == ".py":
+        return "pytest.mark.mpi" not in collection_path.read_text("utf-8") or None
+    return None
+
+
 def pytest_generate_tests(metafunc):
     if "killed_run" in metafunc.fixturenames:
         count = metafunc.config.getoption("--killed-runs")

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +29,8 @@ from mpisph.core.particles import FloatArray
 from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.io.result import RESULT_FILE, read_result
 from mpisph.io.run_folder import known_status
+
+T = TypeVar("T")
 
 PREDICTIONS = (
     "The offset is fitted on this shot alone. It goes unchanged into the cases of the "
@@ -308,19 +310,27 @@ def clock_run(folder: Path, case: Case) -> ClockRun:
             f"{folder}: not a completed run ({state}{reached}); the clock needs the "
             "whole of it"
         )
+    history = _read(folder / HISTORY_FILE, read_history)
+    particles = _read(folder / RESULT_FILE, read_result).particles
+    last = int(history["step"][-1]) if history.size else 0
+    if last < status.step - case.output.history_every:
+        raise MpisphError(
+            f"{folder / HISTORY_FILE} is damaged: it ends at step {last}, the run at "
+            f"step {status.step}"
+        )
     try:
-        history = read_history(folder / HISTORY_FILE)
-        last = int(history["step"][-1]) if history.size else 0
-        if last < status.step - case.output.history_every:
-            raise ValueError(
-                f"{HISTORY_FILE} is damaged: it ends at step {last}, the run at "
-                f"step {status.step}"
-            )
         fit = fit_clock(history, case)
-        particles = read_result(folder / RESULT_FILE).particles
     except ValueError as error:
         raise MpisphError(f"{folder}: {error}") from error
     return ClockRun(folder, case, _npr(case), particles, history, fit)
+
+
+def _read(path: Path, read: Callable[[Path], T]) -> T:
+    """Read a file of a run, and name it where it is damaged."""
+    try:
+        return read(path)
+    except ValueError as error:
+        raise MpisphError(f"{path}: damaged: {error}") from error
 
 
 def _reference(case: Case) -> Body:

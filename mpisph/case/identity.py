@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from functools import cache
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -64,28 +65,35 @@ def case_key(case: Case) -> str:
 
 def _essence(case: Case) -> dict[str, Any]:
     """Return the dotted keys that matter, with their values."""
-    leaves = _leaves(case)
-    return {key: value for key, value in leaves if not key.startswith(HARMLESS)}
+    leaves: dict[str, Any] = {}
+    _add_leaves(case, "", leaves)
+    return {key: value for key, value in leaves.items() if not key.startswith(HARMLESS)}
 
 
-def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    """Return the dotted keys and the values of nested tables and arrays, less prose."""
-    items: Any = ()
+def _add_leaves(value: Any, prefix: str, leaves: dict[str, Any]) -> None:
+    """Add the dotted keys and the values of nested tables and arrays, less prose."""
+    items: Any
     if isinstance(value, BaseModel):
-        fields = type(value).model_fields.items()
-        items = [
-            (field.alias or name, getattr(value, name))
-            for name, field in fields
-            if not _is_prose(field)
-        ]
+        names = _matter(type(value))
+        items = [(shown, getattr(value, name)) for name, shown in names]
     elif isinstance(value, Mapping):
         items = value.items()
     elif isinstance(value, list | tuple):
         items = enumerate(value)
     else:
-        yield key, value
+        leaves[prefix[:-1]] = value
+        return
     for name, inner in items:
-        yield from _leaves(inner, f"{key}.{name}" if key else str(name))
+        _add_leaves(inner, f"{prefix}{name}.", leaves)
+
+
+@cache
+def _matter(model: type[BaseModel]) -> list[tuple[str, str]]:
+    """Return the fields of a model that are no prose, and their keys in a file."""
+    fields = model.model_fields.items()
+    return [
+        (name, field.alias or name) for name, field in fields if not _is_prose(field)
+    ]
 
 
 def _is_prose(field: FieldInfo) -> bool:

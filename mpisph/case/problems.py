@@ -133,7 +133,33 @@ def _translate(detail: ErrorDetails, data: Any) -> Finding:
         return Finding(key, f"expected at most {most} {_LENGTHS[kind]}")
     if kind == "value_error":
         return Finding(key, str(context["error"]))
+    given = _at(data, key)
+    if kind == "quantity" and key[0] == "materials" and isinstance(given, Mapping):
+        return _sourced_finding(key, given)
     return Finding(key, _TYPES.get(kind, detail["msg"]))
+
+
+def _at(data: Any, key: Key) -> Any:
+    """Return what stands at a key of the raw case; None where nothing does."""
+    for step in key:
+        try:
+            data = data[step]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return data
+
+
+def _sourced_finding(key: Key, given: Mapping[str, Any]) -> Finding:
+    """Return what is wrong with a number that is given as a table."""
+    known = ("value", "source")
+    form = "{ value = ..., source = ... }"
+    for name in given:
+        if name not in known:
+            return Finding(
+                (*key, name), f"unknown key; expected {form}", nearest(name, known)
+            )
+    missing = next((name for name in known if name not in given), "value")
+    return Finding((*key, missing), f"required; expected {form}")
 
 
 def _in_a_table(key: Key, data: Any, known: Mapping[str, Any]) -> str | None:

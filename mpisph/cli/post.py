@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from mpisph.cli.options import runs_argument
 from mpisph.core.console import open_console
-from mpisph.core.errors import MpisphError
+from mpisph.core.errors import InputError
 from mpisph.inputs.folder_name import folder_name
 from mpisph.parallel.collectives import from_root, on_root
 
@@ -25,7 +25,7 @@ def figures_command(folder: Path) -> None:
     comm = MPI.COMM_WORLD
     paths = from_root(comm, lambda: draw_run(folder))
     if not paths:
-        raise MpisphError(f"{folder}: no snapshots to draw; is it a run's folder?")
+        raise InputError(f"{folder}: no snapshots to draw; is it a run's folder?")
     for path in paths:
         click.echo(path)
 

@@ -11,6 +11,7 @@ from mpi4py import MPI
 from mpisph.case import Case, load_case
 from mpisph.case.plausibility import find_warnings
 from mpisph.cli.options import (
+    BAD_INPUT,
     STOPPED,
     UNSTABLE,
     runs_argument,
@@ -19,6 +20,7 @@ from mpisph.cli.options import (
 )
 from mpisph.core.console import open_console
 from mpisph.core.errors import CaseError
+from mpisph.core.held_signals import release_signals
 from mpisph.core.words import counted
 from mpisph.inputs.folder_name import folder_name
 from mpisph.parallel.collectives import from_root
@@ -27,6 +29,7 @@ from mpisph.solver.estimate import estimate
 
 if TYPE_CHECKING:
     from mpisph.io.result import Result
+    from mpisph.io.standing import Standing
 
 
 @click.command("run")
@@ -67,6 +70,7 @@ def run_command(
     folders = _run_folders(case_files, output)
     cases = from_root(comm, lambda: _load_cases(case_files, overrides))
     if dry_run:
+        release_signals()
         for case in cases:
             click.echo(estimate(case, comm.size).text())
             for text in find_warnings(case):
@@ -191,15 +195,18 @@ def _say_ending(folder: Path, result: "Result") -> None:
 @click.command("status")
 @runs_argument
 def status_command(folders: tuple[Path, ...]) -> None:
-    """Say how the runs in folders stand."""
-    lines = from_root(MPI.COMM_WORLD, lambda: [_status_line(f) for f in folders])
-    click.echo("\n".join(lines))
-
-
-def _status_line(folder: Path) -> str:
+    """Say how the runs in folders stand; exit code 2 where there is none."""
     from mpisph.io.standing import standing
 
-    state, reason, status = standing(folder)
+    found = from_root(MPI.COMM_WORLD, lambda: [standing(f) for f in folders])
+    for folder, each in zip(folders, found, strict=True):
+        click.echo(_status_line(folder, each))
+    if any(each.state == "to do" for each in found):
+        raise click.exceptions.Exit(BAD_INPUT)
+
+
+def _status_line(folder: Path, standing: "Standing") -> str:
+    state, reason, status = standing
     if status is None:
         return f"{folder}: {'no run' if state == 'to do' else state}"
     because = f" ({reason})" if reason else ""

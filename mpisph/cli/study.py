@@ -10,6 +10,7 @@ from mpi4py import MPI
 from mpisph.cli.options import STOPPED, shipped, walltime_option
 from mpisph.core.console import open_console
 from mpisph.core.errors import MpisphError
+from mpisph.core.held_signals import release_signals
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.run.signals import SignalHandler
 
@@ -41,8 +42,11 @@ ranks_option = click.option(
 
 
 @click.group("study")
-def study_group() -> None:
+@click.pass_context
+def study_group(context: click.Context) -> None:
     """Vary a case over a grid of settings: run, collect and draw it."""
+    if context.invoked_subcommand != "run":
+        release_signals()
 
 
 def _part(
@@ -174,22 +178,23 @@ def _draw(study: "Study", root: Path) -> Path:
 @click.option("--all", "everything", is_flag=True, help="Name every case.")
 def study_status_command(study_file: Path, root: Path, everything: bool) -> None:
     """Say how the cases of STUDY stand."""
-    study = _load(study_file)
-    lines = from_root(MPI.COMM_WORLD, lambda: _status(study, root, everything))
+    lines = from_root(MPI.COMM_WORLD, lambda: _status(study_file, root, everything))
     click.echo("\n".join(lines))
 
 
-def _status(study: "Study", root: Path, everything: bool) -> Sequence[str]:
+def _status(path: Path, root: Path, everything: bool) -> Sequence[str]:
+    from mpisph.study.keys import keyed_cases
     from mpisph.study.store import case_folder, counts, look_up_all
 
-    places = look_up_all(root, study)
+    cases = keyed_cases(path, root)
+    places = look_up_all(root, cases)
     numbers = ", ".join(f"{n} {name}" for name, n in counts(places).items() if n)
-    lines = [f"{study.name}: {len(study.cases)} cases: {numbers}"]
+    lines = [f"{path.stem}: {len(cases)} cases: {numbers}"]
     quiet = {"completed", "to do"}
     named = [
         f"  {case_folder(root, case)}  {place.standing}"
         f"{f' ({place.reason})' if place.reason else ''}: {case.name()}"
-        for case, place in zip(study.cases, places, strict=True)
+        for case, place in zip(cases, places, strict=True)
         if everything or place.standing not in quiet
     ]
     if not everything and len(named) > _SHOWN:

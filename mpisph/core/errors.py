@@ -8,6 +8,7 @@ from dataclasses import dataclass
 __all__ = [
     "CaseError",
     "CollectiveError",
+    "InputError",
     "MpisphError",
     "Problem",
     "UnstableError",
@@ -17,6 +18,10 @@ __all__ = [
 
 class MpisphError(Exception):
     """Base of every error that is reported to the user without a traceback."""
+
+
+class InputError(MpisphError):
+    """What the user has named is not there, or is not what it should be."""
 
 
 class CollectiveError(OSError):
@@ -73,7 +78,7 @@ class Problem:
         return text
 
 
-class CaseError(MpisphError):
+class CaseError(InputError):
     """A case that cannot be run, with all of its problems.
 
     Parameters

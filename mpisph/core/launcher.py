@@ -84,6 +84,17 @@ def launch_of(environment: Mapping[str, str]) -> Launch | None:
     return None
 
 
+def banner_follows(environment: Mapping[str, str]) -> bool:
+    """Say whether the launcher adds a page of its own to an exit code that is not 0.
+
+    Open MPI's mpirun does, below what mpisph has said, unless it is told to be quiet.
+    """
+    return (
+        "OMPI_COMM_WORLD_SIZE" in environment
+        and environment.get("OMPI_MCA_orte_execute_quiet", "0") == "0"
+    )
+
+
 def library_name(version: str) -> str:
     """Return name and version of an MPI library from its long description."""
     return version.split("\n")[0].split(",")[0].strip("\0 ")

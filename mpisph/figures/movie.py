@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from mpisph.case import Case, case_from_dict
-from mpisph.core.errors import MpisphError
+from mpisph.core.errors import InputError, MpisphError
 from mpisph.figures.style import STYLE, Out, body_colour, save
 from mpisph.figures.view import (
     View,
@@ -108,7 +108,7 @@ def animate(folder: Path, out: Path, fps: float | None = None) -> Path:
     program = find_ffmpeg()
     paths = [path for path, _ in read_series(folder)]
     if len(paths) < 2:
-        raise MpisphError(
+        raise InputError(
             f"{folder}: {len(paths)} snapshots, a film needs two or more; is it a "
             f"run's folder? {_MORE}"
         )

@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from PIL import features
 
+from mpisph.io.files import naming
+
 Out = Path | BytesIO
 """Where a figure goes: into a file, or into memory for a page."""
 
@@ -79,7 +81,8 @@ def save(figure: Figure, out: Out) -> None:
     """
     if isinstance(out, Path):
         out.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(out)
+        with naming(out):
+            figure.savefig(out)
     else:
         figure.savefig(out, format=PAGE_FORMAT, pil_kwargs=_LOSSLESS)
 

@@ -135,6 +135,7 @@ def _failure(problem: str, si_unit: str) -> PydanticCustomError:
     )
 
 
+@lru_cache(maxsize=4096)
 def _parse(text: str, si_unit: str) -> float:
     """Return the SI value of a string such as ``"6.72 km/s"``."""
     if len(text) > _LONGEST:
@@ -227,13 +228,20 @@ class Quantity:
 def one_line(text: str) -> str:
     """Return a text unchanged, or refuse line breaks and control characters.
 
-    Titles and sources go to terminals, figures and files.
+    Titles and sources go to terminals, figures and files. Controls of the direction of
+    writing, which show a text in another order than it has, are among those refused;
+    the joiners that some scripts need are not.
     """
-    if any(unicodedata.category(c) in {"Cc", "Cs", "Zl", "Zp"} for c in text):
-        raise PydanticCustomError(
-            "one_line", "expected one line without control characters"
-        )
+    for c in text if not text.isprintable() else "":
+        if unicodedata.category(c) in _CONTROLS and c not in "\u200c\u200d":
+            raise PydanticCustomError(
+                "one_line", "expected one line without control characters"
+            )
     return text
+
+
+_CONTROLS = {"Cc", "Cf", "Cs", "Zl", "Zp"}
+# Unicode's categories: control, format, surrogate, line and paragraph separators.
 
 
 def not_blank(text: str) -> str:

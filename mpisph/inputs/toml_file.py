@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import stat
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -42,7 +44,12 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
 
 def _read(path: Path) -> str:
     try:
-        with path.open("rb") as file:
+        # A pipe would keep its reader for ever, a device would have no end.
+        with open(path, "rb", opener=_open_at_once) as file:
+            kind = os.fstat(file.fileno()).st_mode
+            if not stat.S_ISREG(kind):
+                text = "is no regular file; expected a TOML file"
+                raise CaseError([Problem(text, file=str(path))])
             content = file.read(_LARGEST_FILE + 1)
     except FileNotFoundError:
         raise CaseError([_missing_file(path)]) from None
@@ -66,6 +73,10 @@ def _read(path: Path) -> str:
             line=line,
         )
         raise CaseError([problem]) from None
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    return os.open(path, flags | os.O_NONBLOCK)
 
 
 def _missing_file(path: Path) -> Problem:

@@ -4,6 +4,8 @@ import errno
 import os
 import stat
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -52,11 +54,9 @@ class LineFile:
             If it cannot be written; the error names the file.
         """
         rest = text.encode("utf-8")
-        try:
-            while self._path is not None and rest:
+        while self._path is not None and rest:
+            with naming(self._path):
                 rest = rest[os.write(self._descriptor, rest) :]
-        except OSError as error:
-            raise OSError(error.errno, error.strerror, str(self._path)) from error
 
     def save(self) -> int:
         """Bring all lines to the disk and return their size [bytes]; 0 without a file.
@@ -68,7 +68,8 @@ class LineFile:
         """
         if self._path is None:
             return 0
-        os.fsync(self._descriptor)
+        with naming(self._path):
+            os.fsync(self._descriptor)
         return os.fstat(self._descriptor).st_size
 
     def close(self) -> None:
@@ -76,6 +77,20 @@ class LineFile:
         if self._path is not None:
             os.close(self._descriptor)
             self._path = None
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Return a context whose errors of the file system name a file.
+
+    The system names a file that cannot be opened, but not one that cannot be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None and error.errno is not None:
+            error.filename = str(path)
+        raise
 
 
 def read_text(path: Path) -> str:
@@ -157,7 +172,7 @@ def write_bytes(path: Path, content: bytes) -> None:
     who = f"{os.uname().nodename}-{os.getpid()}-{threading.get_ident()}"
     part = path.with_name(f"{path.name}.{who}.part")
     try:
-        with part.open("xb") as file:
+        with naming(path), part.open("xb") as file:
             file.write(content)
         replace_file(part, path)
     except OSError:
@@ -199,6 +214,7 @@ def sync(path: Path) -> None:
     """
     descriptor = os.open(path, os.O_RDONLY)
     try:
-        os.fsync(descriptor)
+        with naming(path):
+            os.fsync(descriptor)
     finally:
         os.close(descriptor)

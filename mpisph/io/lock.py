@@ -182,7 +182,7 @@ def in_use(folder: Path) -> bool:
     path = folder / LOCK_FILE
     try:
         file = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return False
     except OSError:  # not ours to read
         return _is_touched(path)

@@ -11,7 +11,13 @@ from mpisph.case import Case, case_from_dict, load_case
 from mpisph.case.extension import extended_case
 from mpisph.case.identity import differences
 from mpisph.case.model import INITIAL_FILE
-from mpisph.core.errors import CaseError, MpisphError, Problem, os_error_text
+from mpisph.core.errors import (
+    CaseError,
+    InputError,
+    MpisphError,
+    Problem,
+    os_error_text,
+)
 from mpisph.inputs.toml_file import read_toml
 from mpisph.io.checkpoint import (
     CHECKPOINTS_FOLDER,
@@ -41,7 +47,7 @@ def case_in(folder: Path) -> Case:
         If there is none.
     """
     if not (folder / CASE_FILE).exists():
-        raise MpisphError(f"{folder}: no {CASE_FILE}; is it a run's folder?")
+        raise InputError(f"{folder}: no {CASE_FILE}; is it a run's folder?")
     return load_case(folder / CASE_FILE)
 
 

@@ -20,8 +20,9 @@ import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 
+from mpisph.core.errors import MpisphError
 from mpisph.core.particles import FIELDS, Particles
-from mpisph.io.files import check_regular, read_text, write_text
+from mpisph.io.files import check_regular, naming, read_text, write_text
 from mpisph.io.particle_file import (
     Column,
     FileLayout,
@@ -147,15 +148,31 @@ def read_snapshot(path: Path) -> Snapshot:
 
     Raises
     ------
+    MpisphError
+        If the file is damaged, or is not a snapshot of this program.
     OSError
-        If the file is missing or is not HDF5.
-    ValueError
-        If the file is not a snapshot of this program.
+        If the file is missing or cannot be read.
     """
+    try:
+        with naming(path):
+            check_regular(path)
+            return _read(path)
+    except OSError as error:
+        if error.errno is not None:
+            raise
+        reason = "it is not whole, or no HDF5"
+    except ValueError as error:
+        reason = str(error)
+    except (AttributeError, IndexError, KeyError, RuntimeError, TypeError):
+        reason = "parts of it are missing"
+    raise MpisphError(f"{path}: damaged, or not a snapshot of mpisph: {reason}")
+
+
+def _read(path: Path) -> Snapshot:
+    """Read a snapshot; h5py has many kinds of errors for one that is damaged."""
     with h5py.File(path, "r") as file:
         if "mpisph" not in file or "VTKHDF/PointData" not in file:
-            msg = f"{path}: not a snapshot of mpisph"
-            raise ValueError(msg)
+            raise ValueError("it has no particles")
         own = file["mpisph"]
         time, step = float(own.attrs["time"]), int(own.attrs["step"])
         metadata = {name: stored_text(own, name) for name in own}

@@ -157,7 +157,7 @@ def read_status(folder: Path) -> Status | None:
     path = folder / STATUS_FILE
     try:
         return Status.model_validate_json(read_text(path))
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return None
     except ValueError as error:
         raise MpisphError(f"{path}: not the status of a run") from error

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -56,8 +56,14 @@ def card_data(name: str) -> dict[str, Any]:
                 )
             ]
         )
+    return {"name": name, **_read_card(name)}
+
+
+@cache
+def _read_card(name: str) -> dict[str, Any]:
+    # Read once: a study may have many thousands of cases.
     file = resources.files("mpisph.materials") / "cards" / f"{name}.toml"
-    return {"name": name, **tomllib.loads(file.read_text(encoding="utf-8"))}
+    return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
 def load_card(name: str) -> Material:

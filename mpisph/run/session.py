@@ -25,7 +25,7 @@ from mpisph.case.initial import complete_particles, read_initial, with_particles
 from mpisph.case.model import INITIAL_FILE
 from mpisph.case.plausibility import find_warnings
 from mpisph.core.console import open_console
-from mpisph.core.errors import CollectiveError, MpisphError, UnstableError
+from mpisph.core.errors import CollectiveError, InputError, MpisphError, UnstableError
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
 from mpisph.core.words import counted
 from mpisph.io.checkpoint import find_checkpoints, keep_last_checkpoint
@@ -160,7 +160,7 @@ def resume(
     folder = Path(folder)
     session = _Session(comm, folder, console, signals)
     if from_root(comm, lambda: known_status(folder)) is None:
-        raise MpisphError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
+        raise InputError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
     with FolderLock(comm, folder, session.say):
         before = from_root(comm, lambda: known_status(folder))
         assert before is not None, "no other process removes it"

@@ -22,6 +22,7 @@ from typing import NoReturn
 from mpi4py import MPI
 
 from mpisph.core.errors import os_error_text
+from mpisph.core.held_signals import SIGNALS, held
 from mpisph.io.status import read_status
 
 STOP_FILE = "stop"
@@ -41,8 +42,11 @@ class StopRequest(IntEnum):
     SIGNAL = 100
 
 
-SIGNALS = (signal.SIGTERM, signal.SIGUSR1, signal.SIGINT)
-"""Signals that ask a run to stop."""
+AGAIN = 2.0
+"""Ctrl-C ends a process at once where it comes so long after the first [s].
+
+Not sooner: a terminal, or a program such as `timeout`, may send a signal twice.
+"""
 
 TURN = 0.3
 """How long a rank waits for each lower one to report first [s]."""
@@ -75,6 +79,7 @@ class SignalHandler:
         self.folder: Path | None = None
         self._deadline: float | None = None
         self._signal: int | None = None
+        self._interrupted_at: float | None = None
         self._fail: Callable[[str], None] = lambda _: None
 
     def limit(self, walltime: float) -> None:
@@ -88,7 +93,7 @@ class SignalHandler:
         return self._deadline - time.monotonic()
 
     def signal_request(self) -> int:
-        """Return the request of the last signal, or that for nothing."""
+        """Return the request of the first signal, or that for nothing."""
         if self._signal is None:
             return StopRequest.NOTHING
         return StopRequest.SIGNAL + self._signal
@@ -96,6 +101,8 @@ class SignalHandler:
     @contextmanager
     def catching_signals(self, comm: MPI.Intracomm) -> Iterator[None]:
         """Return a context in which signals become requests; for the main thread.
+
+        So do those that came before and were held (see `held_signals`).
 
         A launcher that has lost a rank sends the others SIGTERM. They may be waiting
         for the dead one inside MPI, where no handler of Python's runs: a thread of
@@ -115,6 +122,8 @@ class SignalHandler:
             target=self._watch, args=(reading, peers, comm.rank), daemon=True
         )
         watch.start()
+        while held:
+            self._receive(held.pop(0), None)
         try:
             yield
         finally:
@@ -178,20 +187,36 @@ class SignalHandler:
         return f"{text}\n{trace}"
 
     def _receive(self, number: int, _: FrameType | None) -> None:
-        """Remember a signal; a handler."""
-        self._signal = number
-        if number == signal.SIGINT:  # a second one ends the process at once
-            signal.signal(signal.SIGINT, signal.SIG_DFL)
+        """Remember a signal; a handler. The first says why the run stops."""
+        if self._signal is None:
+            self._signal = _original(number)
 
     def _watch(self, pipe: int, peers: list[tuple[str, int]], rank: int) -> None:
-        """Wait for SIGTERM; then end this process if another has died."""
+        """Wait for signals, also while the main thread waits in MPI.
+
+        A second Ctrl-C ends this process, SIGTERM does if another rank has died.
+        """
         while numbers := os.read(pipe, 64):
+            if signal.SIGINT in numbers:
+                self._note_interrupt(time.monotonic())
             if signal.SIGTERM not in numbers:
                 continue
             here = [k for k, (host, _) in enumerate(peers) if host == peers[rank][0]]
             dead = [k for k in here if not is_alive(peers[k][1])]
             if dead:
                 self._end_after(dead[0], peers, first=rank == min(set(here) - {*dead}))
+
+    def _note_interrupt(self, now: float) -> None:
+        """Say what Ctrl-C does; end this process if it is not the first."""
+        if self._interrupted_at is None:
+            self._interrupted_at = now
+            sys.stderr.write(
+                "mpisph: stopping before the next step, with a checkpoint; Ctrl-C "
+                f"again, after {AGAIN:g} s, ends the run at once\n"
+            )
+        elif now - self._interrupted_at >= AGAIN:
+            sys.stderr.write("mpisph: interrupted\n")
+            os._exit(128 + signal.SIGINT)
 
     def _end_after(self, dead: int, peers: list[tuple[str, int]], first: bool) -> None:
         """End this process because another rank has died; the first one reports it."""
@@ -210,6 +235,18 @@ class SignalHandler:
             status = None if self.folder is None else read_status(self.folder)
             return status is not None and status.state == "failed"
         return False
+
+
+def _original(number: int) -> int:
+    """Return the signal that the script which has started the ranks was sent.
+
+    It asks them by SIGUSR1, which launchers pass on, and writes down what for.
+    """
+    path = os.environ.get("MPISPH_SIGNALS")
+    if path and number == signal.SIGUSR1:
+        with suppress(OSError, UnicodeError, LookupError):
+            return signal.Signals[f"SIG{Path(path).read_text().split()[0]}"]
+    return number
 
 
 def _write_trace(trace: str, folder: Path | None) -> str:

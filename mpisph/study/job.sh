@@ -14,6 +14,10 @@ asked=     # when the ranks were first asked to stop
 # catch_signals: from here on, a signal to this shell asks the ranks to stop.
 catch_signals() {
     local name
+    # Ranks are asked by SIGUSR1 whatever the signal was; they read here which.
+    MPISPH_SIGNALS=$(mktemp)
+    export MPISPH_SIGNALS
+    trap 'rm -f "$MPISPH_SIGNALS"' EXIT
     for name in HUP INT QUIT TERM USR1; do
         # shellcheck disable=SC2064  # each trap with its own name
         trap "note_signal $name" "$name"
@@ -22,6 +26,7 @@ catch_signals() {
 
 note_signal() {
     signals+=" $1"
+    printf '%s\n' "$1" >>"$MPISPH_SIGNALS"
     if [[ ! $launcher ]]; then
         return 0
     elif [[ ! $asked ]]; then

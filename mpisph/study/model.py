@@ -317,8 +317,33 @@ class StudyCase(NamedTuple):
 
     def name(self) -> str:
         """Return the case's variant and settings for people."""
-        settings = [f"{name} = {value}" for name, value in self.settings.items()]
-        return ", ".join([self.variant] * bool(self.variant) + settings) or "base"
+        return case_name(self.variant, self.settings)
+
+
+def case_name(variant: str, settings: Mapping[str, Any]) -> str:
+    """Return the variant and the settings of a case for people."""
+    texts = [f"{name} = {value}" for name, value in settings.items()]
+    return ", ".join([variant] * bool(variant) + texts) or "base"
+
+
+class Plan(NamedTuple):
+    """A case of a study that has not been made.
+
+    Attributes
+    ----------
+    base : Path
+        Case file.
+    variant, settings, overrides
+        See `StudyCase`.
+    row : int
+        Number of its design.
+    """
+
+    base: Path
+    variant: str
+    settings: dict[str, Any]
+    overrides: tuple[str, ...]
+    row: int
 
 
 class Study(NamedTuple):
@@ -394,14 +419,11 @@ def load_study(path: Path) -> Study:
         If no folder may have the study's name; with every mistake of the file; or, if
         the file is sound, with those of the cases that it makes, each once.
     """
-    folder_name(path)
-    file, designs = _read_file(path)
+    file, designs, plans = read_plans(path)
     cases: list[StudyCase] = []
     problems: dict[str, Problem] = {}
     sources: dict[Path, CaseSource] = {}
-    for index, (variant, row, settings) in enumerate(_combinations(file)):
-        base = path.parent / str((variant and variant.base) or file.base)
-        overrides = _overrides(file, variant, settings)
+    for index, (base, name, settings, overrides, row) in enumerate(plans):
         try:
             if base not in sources:
                 sources[base] = CaseSource(base)
@@ -410,7 +432,6 @@ def load_study(path: Path) -> Study:
             found = [_placed(problem, designs, row) for problem in error.problems]
             problems |= {str(problem): problem for problem in found}
             continue
-        name = variant.name if variant else ""
         cases.append(StudyCase(index, name, settings, overrides, case, case_key(case)))
     if problems:
         first = Problem("the cases of this study are not sound:", file=str(path))
@@ -420,6 +441,33 @@ def load_study(path: Path) -> Study:
     if mistakes:
         raise CaseError(mistakes)
     return study
+
+
+def read_plans(path: Path) -> tuple[StudyFile, Designs | None, list[Plan]]:
+    """Read a study without making its cases.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    CaseError
+        If no folder may have the study's name; with every mistake of the file.
+    """
+    folder_name(path)
+    file, designs = _read_file(path)
+    plans = [
+        Plan(
+            path.parent / str((variant and variant.base) or file.base),
+            variant.name if variant else "",
+            settings,
+            _overrides(file, variant, settings),
+            row,
+        )
+        for variant, row, settings in _combinations(file)
+    ]
+    return file, designs, plans
 
 
 def _placed(problem: Problem, designs: Designs | None, row: int) -> Problem:

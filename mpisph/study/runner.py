@@ -27,6 +27,7 @@ from mpisph.run.signals import STOP_FILE, SignalHandler, StopRequest
 from mpisph.solver.estimate import estimate
 from mpisph.solver.warmup import warm_up
 from mpisph.study.counter import SharedCounters
+from mpisph.study.keys import keep_keys
 from mpisph.study.model import Study
 from mpisph.study.progress import (
     COMPLETED,
@@ -139,6 +140,7 @@ def run_study(
     signals = signals or SignalHandler()
     folder = study_folder(root, study)
     on_root(comm, lambda: _keep_copy(study, folder))
+    on_root(comm, lambda: keep_keys(study, root))
     warm_up(comm)
     todo = from_root(comm, lambda: _to_do(study, root, part or Part()))
     groups = comm.size // ranks_per_case
@@ -152,7 +154,7 @@ def run_study(
             comm.Barrier()
         stopped = bool(counters.add(STOP, 0))
     group.Free()
-    places = from_root(comm, lambda: _distinct(study, look_up_all(root, study)))
+    places = from_root(comm, lambda: _distinct(study, look_up_all(root, study.cases)))
     found = counts(places)
     return Outcome(
         found["completed"],
@@ -183,7 +185,7 @@ def _distinct(study: Study, places: Sequence[Place]) -> list[Place]:
 def _to_do(study: Study, root: Path, part: Part) -> list[_Todo]:
     """Return the runs to make: the longest first, those that have failed last."""
     runs: dict[str, tuple[bool, _Todo]] = {}
-    places = look_up_all(root, study)
+    places = look_up_all(root, study.cases)
     for case, place in zip(study.cases, places, strict=True):
         if place.standing not in FINAL:
             todo = _Todo(case.case, case_folder(root, case), _work(case.case))

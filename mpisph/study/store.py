@@ -5,11 +5,12 @@ belongs to, and ``studies/<name>`` the tables and figures of each study.
 """
 
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Protocol
 
 from mpisph.io.standing import standing
-from mpisph.study.model import Study, StudyCase
+from mpisph.study.model import Study
 
 CASES_FOLDER = "cases"
 STUDIES_FOLDER = "studies"
@@ -41,7 +42,15 @@ class Place(NamedTuple):
     reason: str
 
 
-def case_folder(root: Path, case: StudyCase) -> Path:
+class Keyed(Protocol):
+    """A case with a key, such as `StudyCase`."""
+
+    @property
+    def key(self) -> str:
+        """See `case_key`."""
+
+
+def case_folder(root: Path, case: Keyed) -> Path:
     """Return the folder of a case's run."""
     return root / CASES_FOLDER / case.key
 
@@ -63,9 +72,9 @@ def look_up(folder: Path) -> Place:
     return Place("stopped", "killed") if state == "killed" else Place(state, reason)
 
 
-def look_up_all(root: Path, study: Study) -> list[Place]:
-    """Say how every case of a study stands."""
-    return [look_up(case_folder(root, case)) for case in study.cases]
+def look_up_all(root: Path, cases: Iterable[Keyed]) -> list[Place]:
+    """Say how each of a study's cases stands."""
+    return [look_up(case_folder(root, case)) for case in cases]
 
 
 def counts(places: list[Place]) -> dict[Standing, int]:

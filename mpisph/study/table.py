@@ -154,7 +154,8 @@ def _columns_at(
 ) -> Row:
     """Return all that is measured at a time that the run has reached."""
     clouds = [c for c in result.clouds if same_time(c.time, time)]
-    paths = [p for p, t in read_series(folder) if same_time(t, time)]
+    series = read_series(folder)
+    paths = [p for p, t in series if same_time(t, time) and p.exists()]
     row = _cloud_columns(where, clouds[0]) if clouds else {}
     if clouds and paths:
         arrays = read_snapshot(paths[0]).arrays

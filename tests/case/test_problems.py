@@ -1,6 +1,7 @@
 """What a user is told about a case that cannot be run."""
 
 import math
+import os
 import pickle
 
 import pytest
@@ -334,8 +335,13 @@ def test_large_files_are_refused_without_being_read(tmp_path):
     path.write_text("#" * 1_000_001)
     with pytest.raises(CaseError, match="is larger than 1000000 bytes"):
         load_case(path)
-    with pytest.raises(CaseError, match="is larger than 1000000 bytes"):
-        load_case("/dev/zero")
+
+
+def test_devices_and_pipes_are_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    for path in ("/dev/zero", tmp_path / "pipe.toml"):
+        with pytest.raises(CaseError, match="is no regular file; expected a TOML"):
+            load_case(path)
 
 
 def test_missing_file_suggests_a_neighbour(tmp_path):
@@ -369,3 +375,24 @@ def test_errors_can_be_sent_between_ranks(data):
         case_from_dict(data)
     again = pickle.loads(pickle.dumps(caught.value))
     assert again.problems == caught.value.problems
+
+
+@pytest.mark.parametrize(
+    ("given", "key", "expected", "suggestion"),
+    [
+        ({"value": 8960, "sources": "x"}, "sources", "unknown key", "source"),
+        ({"val": 8960, "source": "x"}, "val", "unknown key", "value"),
+        ({"value": 8960}, "source", "required", None),
+        ({}, "value", "required", None),
+        ({"value": 1, "source": "x", "unit": "g"}, "unit", "unknown key", None),
+    ],
+)
+def test_a_wrong_key_of_a_sourced_number_is_told_where_it_is(
+    data, given, key, expected, suggestion
+):
+    data["materials"] = {"cu-ofhc": {"rho0": given}}
+    problem = only_problem(data)
+    assert problem.key == f"materials.cu-ofhc.rho0.{key}"
+    assert problem.expected.startswith(expected)
+    assert "{ value = ..., source = ... }" in problem.expected
+    assert problem.suggestion == suggestion

@@ -1,9 +1,15 @@
 """What all commands share: the entry point, and what happens to errors."""
 
+import os
+import subprocess
 import sys
+from pathlib import Path
 
+import click
 import pytest
-from launch import CASES, call, launch
+from launch import CASES, MPISPH, call, environment, launch
+
+from mpisph.cli.main import cli
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 
@@ -34,6 +40,62 @@ def test_mistakes_exit_with_code_2(arguments, text):
     assert done.returncode == 2
     assert text in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def commands_with_paths(group=cli, words=()):
+    """The words of each command that reads the path that is its argument."""
+    for name, command in group.commands.items():
+        if isinstance(command, click.Group):
+            yield from commands_with_paths(command, (*words, name))
+        elif name != "init" and any(  # which writes there
+            isinstance(p, click.Argument) and isinstance(p.type, click.Path)
+            for p in command.params
+        ):
+            more = ("--slurm",) if name == "script" else ()
+            yield (*words, name, *more)
+
+
+WRONG = {
+    "nothing": lambda path: None,
+    "nothing, a study": lambda path: None,
+    "a file": lambda path: path.write_text("x = ["),
+    "a folder": Path.mkdir,
+    "a pipe": os.mkfifo,
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize("command", [*commands_with_paths()], ids=" ".join)
+def test_a_wrong_path_exits_with_code_2_at_once(tmp_path, command, wrong):
+    path = tmp_path / ("wrong.toml" if "study" in wrong else "wrong")
+    WRONG[wrong](path)
+    before = set(tmp_path.iterdir())
+    done = call(*command, path)
+    assert done.returncode == 2, done.stderr
+    assert str(path) in done.stderr + done.stdout
+    assert "Errno" not in done.stderr
+    assert set(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_who_is_not_quiet_is_told_how_to_be(tmp_path, quiet):
+    """Open MPI's mpirun buries what a command says under a banner."""
+    variables = {"OMPI_MCA_orte_execute_quiet": str(int(quiet))}
+    command = ["mpirun", "-n", "2", MPISPH, "run", "nothing.toml"]
+    done = subprocess.run(
+        command,
+        env=environment(**variables),
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 2
+    lines = done.stderr.strip().split("\n")
+    assert lines[0] == "mpisph: nothing.toml: no such file"
+    assert lines[1:2] == (
+        [] if quiet else ["(mpirun adds a banner; `mpirun --quiet` leaves it out)"]
+    )
 
 
 def test_an_exception_on_one_rank_ends_all():

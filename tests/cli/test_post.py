@@ -22,7 +22,7 @@ def test_figures_are_drawn_again(tmp_path):
 )
 def test_a_folder_of_no_run_is_an_error(tmp_path, command, text):
     done = launch(2, MPISPH, command, tmp_path)
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert done.stderr.count(text) == 1
 
 

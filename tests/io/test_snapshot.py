@@ -13,7 +13,7 @@ from mpi4py import MPI
 from oracles import numbered, share
 
 import mpisph.io.particle_file
-from mpisph.core.errors import CollectiveError
+from mpisph.core.errors import CollectiveError, MpisphError
 from mpisph.core.particles import FIELDS
 from mpisph.io.snapshot import read_series, read_snapshot, write_snapshot
 
@@ -239,8 +239,23 @@ def test_a_foreign_file_is_refused(tmp_path):
     path = tmp_path / "other.h5"
     with h5py.File(path, "w") as file:
         file["x"] = 1
-    with pytest.raises(ValueError, match="not a snapshot"):
+    with pytest.raises(MpisphError, match=r"other\.h5: .*not a snapshot"):
         read_snapshot(path)
+
+
+@pytest.mark.parametrize("left", [0, 100, 3000, 0.5, 0.9])
+def test_a_damaged_snapshot_is_named(tmp_path, left):
+    path = write(SELF, tmp_path)
+    size = path.stat().st_size
+    os.truncate(path, int(left * size) if left < 1 else left)
+    with pytest.raises(MpisphError, match=rf"{path.name}: damaged"):
+        read_snapshot(path)
+
+
+def test_a_missing_snapshot_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError) as caught:
+        read_snapshot(tmp_path / "none.vtkhdf")
+    assert caught.value.filename == str(tmp_path / "none.vtkhdf")
 
 
 def test_parallel_writer_without_parallel_h5py_is_refused(tmp_path, monkeypatch):

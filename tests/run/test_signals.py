@@ -4,14 +4,17 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
-from launch import PATIENCE, environment, launch
+from launch import CASES, PATIENCE, call, environment, launch
 from mpi4py import MPI
 
+import mpisph.run.signals
+from mpisph.core.held_signals import SIGNALS, held, hold_signals
+from mpisph.io.status import read_status
 from mpisph.run.signals import (
-    SIGNALS,
     SignalHandler,
     StopRequest,
     is_alive,
@@ -44,13 +47,110 @@ def test_a_signal_becomes_a_request(number):
     assert signal.getsignal(number) is before
 
 
-def test_only_a_second_interrupt_ends_the_process_at_once():
+def test_the_first_signal_is_the_reason():
     signals = SignalHandler()
     with signals.catching_signals(SELF):
-        os.kill(os.getpid(), signal.SIGTERM)
-        os.kill(os.getpid(), signal.SIGTERM)
-        os.kill(os.getpid(), signal.SIGINT)
-        assert signal.getsignal(signal.SIGINT) == signal.SIG_DFL
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGTERM):
+            os.kill(os.getpid(), number)
+        assert reason(signals.signal_request()) == "signal SIGTERM"
+
+
+@pytest.mark.parametrize(("later", "codes"), [(1.9, []), (2.1, [130])])
+def test_only_a_later_second_interrupt_ends_the_process_at_once(
+    later, codes, monkeypatch, capsys
+):
+    ended = []
+    monkeypatch.setattr(os, "_exit", ended.append)
+    signals = SignalHandler()
+    signals._note_interrupt(10.0)
+    assert "Ctrl-C again, after 2 s, ends the run at once" in capsys.readouterr().err
+    signals._note_interrupt(10.0 + later)
+    assert ended == codes
+
+
+def test_an_interrupt_is_seen_while_the_main_thread_waits(monkeypatch):
+    """As it does in MPI, where no handler of Python's runs."""
+    seen = threading.Event()
+    monkeypatch.setattr(SignalHandler, "_note_interrupt", lambda *_: seen.set())
+    before = signal.getsignal(signal.SIGINT)
+    with SignalHandler().catching_signals(SELF):
+        signal.raise_signal(signal.SIGINT)
+        assert seen.wait(10.0)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.fixture
+def holding():
+    """Signals of this process are held, as while the program loads."""
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+    hold_signals()
+    yield
+    held.clear()
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_before_the_run_stops_it(number, holding, tmp_path):
+    os.kill(os.getpid(), number)
+    short = ("--set", "resolution.npr=4", "--set", "time.end=0.2us")
+    case = CASES / "piekutowski-4-1353.toml"
+    done = call("run", case, *short, "-o", tmp_path)
+    assert done.returncode == 75, done.stderr
+    status = read_status(tmp_path)
+    assert status.state == "stopped"
+    assert status.reason == f"signal {number.name}, before any step"
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_before_another_command_ends_it_with_a_message(number, holding):
+    os.kill(os.getpid(), number)
+    done = call("schema")
+    assert done.returncode == 128 + number
+    assert done.stderr.strip() == f"mpisph: interrupted ({number.name})"
+    assert done.stdout == ""
+
+
+# The program, with signals while it loads and while it ends.
+SIGNALLED = """
+import atexit, os, signal, sys
+import mpisph.core.held_signals as held_signals
+hold, numbers = held_signals.hold_signals, held_signals.SIGNALS
+
+def kill():
+    for number in numbers:
+        os.kill(os.getpid(), number)
+
+held_signals.hold_signals = lambda: (hold(), kill())
+atexit.register(kill)
+from mpisph.__main__ import main
+main()
+"""
+
+
+@pytest.mark.parametrize(("command", "code"), [("run", 75), ("schema", 143)])
+def test_more_signals_do_not_change_the_exit_code(command, code, tmp_path):
+    short = ("--set", "resolution.npr=4", "-o", tmp_path)
+    words = [CASES / "piekutowski-4-1353.toml", *short] if command == "run" else []
+    done = launch(1, sys.executable, "-c", SIGNALLED, command, *words)
+    assert done.returncode == code, done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_the_signal_that_a_script_was_sent_is_the_reason(tmp_path, monkeypatch):
+    path = tmp_path / "signals"
+    monkeypatch.setenv("MPISPH_SIGNALS", str(path))
+    for text, expected in (
+        ("INT\nTERM\n", signal.SIGINT),
+        ("HUP\n", signal.SIGHUP),
+        ("", signal.SIGUSR1),
+        ("NONSENSE\n", signal.SIGUSR1),
+    ):
+        path.write_text(text)
+        assert mpisph.run.signals._original(signal.SIGUSR1) == expected
+        assert mpisph.run.signals._original(signal.SIGTERM) == signal.SIGTERM
+    path.unlink()
+    assert mpisph.run.signals._original(signal.SIGUSR1) == signal.SIGUSR1
 
 
 def test_without_a_limit_there_is_no_end_of_time():

@@ -461,7 +461,8 @@ def test_scripts_run_stops_with_a_checkpoint(
     code, text = run.end()
     assert code == 75, text
     assert status(folder)["state"] == "stopped"
-    assert status(folder)["reason"].startswith("signal SIGUSR1")
+    sent = "SIGTERM" if how == "SIGTERM" else "SIGINT"
+    assert status(folder)["reason"].startswith(f"signal {sent}")
     assert "`mpisph resume" in text
     if how != "Ctrl-C":
         return

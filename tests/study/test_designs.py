@@ -13,6 +13,7 @@ import mpisph
 from mpisph.case import case_from_dict
 from mpisph.core.errors import CaseError
 from mpisph.io.history import read_history
+from mpisph.io.snapshot import read_series
 from mpisph.report.study_tables import cases_table, setup_tables
 from mpisph.study.columns import column_label
 from mpisph.study.designs import read_designs
@@ -196,6 +197,18 @@ def test_the_bodies_together_have_what_the_history_says(made):
     ):
         total = sum(row[f"{name}_{body}_{unit}"] for body in ("rod", "plate"))
         assert total == pytest.approx(last[name], rel=1e-9)
+
+
+def test_a_snapshot_that_was_moved_away_takes_its_columns_alone(made, monkeypatch):
+    study, root = made
+    whole = collect(study, root)[0]
+    monkeypatch.setattr(
+        "mpisph.study.table.read_series",
+        lambda folder: [(path / "gone", t) for path, t in read_series(folder)],
+    )
+    row = collect(study, root)[0]
+    assert row["R_b_mm"] == whole["R_b_mm"]
+    assert {"hole_mm", "kinetic_energy_rod_J"} <= whole.keys() - row.keys()
 
 
 def test_the_columns_of_a_study_are_those_it_fills(made):

@@ -128,7 +128,7 @@ def test_a_case_that_is_at_work_elsewhere_is_left_to_it(mpi_tmp_path):
     on_root(comm, lambda: busy.mkdir(parents=True))
     with FolderLock(comm, busy):
         outcome = run_study(study, comm, root, quiet())
-        places = [place.standing for place in look_up_all(root, study)]
+        places = [place.standing for place in look_up_all(root, study.cases)]
         comm.Barrier()
     problems = [] if outcome == Outcome(5, 0, 0, 1, 0, False) else [f"{outcome}"]
     if places != ["completed"] * 3 + ["running"] + ["completed"] * 2:
@@ -218,7 +218,7 @@ def start(folder, *arguments):
 
 def wait_for(study, root, completed):
     given_up = time.monotonic() + 60
-    while counts(look_up_all(root, study))["completed"] < completed:
+    while counts(look_up_all(root, study.cases))["completed"] < completed:
         assert time.monotonic() < given_up
         time.sleep(0.02)
 

@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -84,7 +85,8 @@ def test_the_script_runs_no_part_of_a_name(study, tmp_path, system):
     (folder / "stop").touch()
     names = ("-o", root.name, "--ranks-per-case", "2", "--", odd.name)
     script = written(names, scheduler.work, system)
-    sound = ["shellcheck", "--external-sources", "--exclude=SC2016,SC1003", script]
+    shellcheck = Path(sys.executable).with_name("shellcheck")  # it may not be on PATH
+    sound = [shellcheck, "--external-sources", "--exclude=SC2016,SC1003", script]
     subprocess.run(sound, check=True)
     assert re.search(r"--array=0-1$|qsub -J 0-1 ", script.read_text(), re.M)
     if system == "slurm":
