@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mpisph.case import Case
+from mpisph.case.contact import time_origin
 from mpisph.diagnostics.cloud import cloud_definition
 from mpisph.diagnostics.probes import (
     BODY_QUANTITIES,
@@ -196,7 +197,7 @@ def draw_history(figure: HistoryFigure, run: RunHistory, out: Out) -> None:
         drawing = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
         axes = drawing.add_subplot()
         figure.draw(axes, run)
-        axes.set_xlabel("time after first contact [µs]")
+        axes.set_xlabel(f"time {time_origin(run.case.bodies)} [µs]")
         axes.margins(x=0.02)
         if axes.get_legend_handles_labels()[0]:
             axes.legend()
