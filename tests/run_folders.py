@@ -12,7 +12,7 @@ def outcome(folder):
     """All that a finished run has computed, bit by bit."""
     lines = (folder / "history.csv").read_text().splitlines()
     result = json.loads((folder / "result.json").read_text())
-    snapshots = sorted((folder / "snapshots").iterdir())
+    snapshots = sorted(p for p in (folder / "snapshots").iterdir() if p.is_file())
     names = ("status", "step", "clouds", "comparisons", "conservation")
     return {
         # Imbalance and wall time are of the machine.

@@ -101,6 +101,8 @@ def draft_case(draft: Draft) -> str:
     names = [draft.sphere_material, draft.plate_material]
     sphere, plate = (Path(name).name.removesuffix(".toml") for name in names)
     title = f"{_mm(d)} {sphere} sphere at {_text(v / 1e3)} km/s on {_mm(t)} of {plate}"
+    if draft.wall is not None:
+        title += f", wall at {_mm(draft.wall)}"
     sphere_material, plate_material = map(_quoted, names)
     parts = [
         f"title = {_quoted(title)}\n",

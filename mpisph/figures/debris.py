@@ -307,6 +307,8 @@ def _draw_bins(
     per_degree = values / np.diff(spray.edges)
     base = np.zeros(per_degree.shape[1])
     for index, (name, row) in enumerate(zip(names, per_degree, strict=True)):
+        if not spray.mass[index].any():
+            continue
         colour = body_colour(index)
         label = f"{name} ({1e3 * spray.mass[index].sum():.3g} g)"
         axes.stairs(

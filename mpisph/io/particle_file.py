@@ -7,6 +7,7 @@ renamed, so that what bears its name is complete.
 import errno
 import io
 import os
+import secrets
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -138,7 +139,9 @@ def write_particle_file(
         On all ranks, if an id lies outside its range, or if `writer` is
         ``parallel`` and h5py was built without MPI.
     """
-    part = path.with_suffix(".part")
+    # A name of its own: Open MPI takes a semaphore of the whole machine that bears the
+    # name of the file, and one that a killed process held stays taken for ever.
+    part = path.with_suffix(f".{comm.bcast(secrets.token_hex(4))}.part")
     write = _write_parallel if _is_parallel(writer) else _write_gathered
     mine = by_id_blocks(comm, particles, n_total)
     on_root(comm, lambda: _prepare(part, n_total, layout))
@@ -195,7 +198,6 @@ def _prepare(part: Path, n_total: int, layout: FileLayout) -> None:
         layout.write_rest(file, n_total)
     needed = rest.getbuffer().nbytes + row_bytes(layout.columns) * n_total + _RESERVE
     part.parent.mkdir(exist_ok=True)
-    part.unlink(missing_ok=True)  # a link there would lead to another file
     try:
         with part.open("xb") as out:
             out.write(rest.getvalue())

@@ -6,6 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from mpisph.case import Case
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
@@ -240,7 +242,7 @@ def _run_view(run: StoredRun, place: str) -> RunView:
             for index, body in enumerate(run.case.bodies)
         ],
         history=_history(run),
-        analysis=_analysis(run.case, shown),
+        analysis=_analysis(run.case, _analysed(shown, _arrival(run))),
         costs=[conservation_table(run), timing_table(run)] if ended else [],
         program=program_text(run),
         provenance=provenance_table(run),
@@ -249,7 +251,10 @@ def _run_view(run: StoredRun, place: str) -> RunView:
 
 
 def _large(run: StoredRun) -> list[_Shown]:
-    """Return the snapshots at the exposures, or else one halfway and the last."""
+    """Return the snapshots at the exposures, or else the last and one before it.
+
+    That is the last that shows the whole cloud, or one halfway.
+    """
     measured = run.case.measured
     shown = []
     if measured is not None:
@@ -264,9 +269,21 @@ def _large(run: StoredRun) -> list[_Shown]:
                     if same_time(time, exposure.time + shift)
                 ]
     if not shown:
-        chosen = [*run.snapshots[len(run.snapshots) // 2 : -1][:1], *run.snapshots[-1:]]
+        whole = [s for s in run.snapshots if s[1] < _arrival(run)]
+        first = run.snapshots[len(run.snapshots) // 2 : -1][:1]
+        if len(whole) < len(run.snapshots):
+            first = whole[-1:]
+        chosen = [*first, *run.snapshots[-1:]]
         shown = [_Shown(path, time, None, "") for path, time in chosen]
     return [item._replace(title=item.title + _after(item)) for item in shown]
+
+
+def _arrival(run: StoredRun) -> float:
+    """Return when the cloud has reached the next body [s]; infinite if it has not."""
+    if not run.history.size:
+        return math.inf
+    after = np.isnan(run.history["cloud_length"])
+    return float(run.history["time"][after].min(initial=math.inf))
 
 
 def _after(item: _Shown) -> str:
@@ -319,7 +336,7 @@ def _history(run: StoredRun) -> list[Figure]:
 def _analysis(case: Case, shown: list[_Shown]) -> list[Debris]:
     """Return the analyses of the snapshots shown that have a cloud."""
     found = []
-    for item in _analysed(shown):
+    for item in shown:
         snapshot = only_finite(read_snapshot(item.path))
         if not has_debris(snapshot.arrays, case):
             continue
@@ -331,9 +348,12 @@ def _analysis(case: Case, shown: list[_Shown]) -> list[Debris]:
     return found
 
 
-def _analysed(shown: list[_Shown]) -> list[_Shown]:
-    """Return one snapshot for each exposure: that with the offset, where there is."""
-    last = {id(item.exposure): item for item in shown}
+def _analysed(shown: list[_Shown], arrival: float) -> list[_Shown]:
+    """Return one snapshot for each exposure: that with the offset, where there is.
+
+    After the cloud has reached the next body there is nothing to analyse.
+    """
+    last = {id(item.exposure): item for item in shown if item.time < arrival}
     return list(last.values())
 
 

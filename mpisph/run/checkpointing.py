@@ -126,7 +126,7 @@ class CheckpointPolicy:
             return
         # Before the first step there is nothing to save: the folder holds it all.
         if sim.step > self._first:
-            self._save(sim, must=is_stop(request))
+            self._save(sim, tolerated=set() if is_stop(request) else FULL)
         if is_stop(request):
             before = ", before any step" if sim.step == self._first else ""
             raise StopRequested(f"{reason(request)}{before}")
@@ -134,22 +134,19 @@ class CheckpointPolicy:
     def save_end(self, sim: Simulation) -> None:
         """Write the checkpoint from which a run that has ended can be extended.
 
-        Raises
-        ------
-        OSError
-            On all ranks, if it cannot be written for another reason than a full disk.
+        The run has ended well without it.
         """
         if sim.step > self._saved_step:
-            self._save(sim, must=False)
+            self._save(sim, tolerated=None)
 
-    def _save(self, sim: Simulation, must: bool) -> None:
-        """Write a checkpoint; without `must`, a full disk is only warned of."""
+    def _save(self, sim: Simulation, tolerated: set[int] | None) -> None:
+        """Write a checkpoint; errors of these numbers, or all, are only warned of."""
         self._seen_at = None  # the coming step is not to count the checkpoint
         begin = time.monotonic()
         try:
             self._output.save_checkpoint(sim)
         except CollectiveError as error:
-            if must or error.errno not in FULL:
+            if tolerated is not None and error.errno not in tolerated:
                 raise
             self._output.warn(f"no checkpoint at step {sim.step}: {error}")
         else:

@@ -76,6 +76,7 @@ def test_init_takes_what_it_is_given(tmp_path):
     more += ("--npr", 6, "--end", "20us")
     assert invoke("init", path, *SIZES, *more).exit_code == 0
     case = load_case(path)
+    assert case.title.endswith(", wall at 50 mm")
     sphere, plate, wall = case.bodies
     materials = [body.material for body in case.bodies]
     assert materials == ["cu-ofhc", "al-6061-t6", "al-6061-t6"]

@@ -11,6 +11,7 @@ from mpi4py import MPI
 from oracles import agree, numbered, share
 
 import mpisph.io.checkpoint
+import mpisph.io.particle_file
 from mpisph.core.errors import MpisphError
 from mpisph.core.particles import Particles
 from mpisph.io.checkpoint import (
@@ -220,12 +221,14 @@ def test_file_modes_follow_the_umask(tmp_path):
         assert path.stat().st_mode & 0o777 == mode
 
 
-def test_a_link_in_the_way_is_not_followed(tmp_path):
+def test_a_link_in_the_way_is_not_followed(tmp_path, monkeypatch):
+    monkeypatch.setattr(mpisph.io.particle_file.secrets, "token_hex", lambda _: "0")
     (tmp_path / "checkpoints").mkdir()
     (tmp_path / "precious").write_text("mine")
-    link = tmp_path / "checkpoints" / "checkpoint_000000007.part"
+    link = tmp_path / "checkpoints" / "checkpoint_000000007.0.part"
     link.symlink_to(tmp_path / "precious")
-    write(SELF, tmp_path)
+    with pytest.raises(OSError, match="File exists"):
+        write(SELF, tmp_path)
     assert (tmp_path / "precious").read_text() == "mine"
 
 

@@ -13,6 +13,7 @@ from report_pages import Page, assert_links_lead_somewhere, assert_nothing_is_fe
 from small_runs import EXPOSED, small_run, unended
 
 from mpisph.core.errors import MpisphError
+from mpisph.io.stored_run import read_run
 from mpisph.report import run_page
 from mpisph.report.analysis import AnalysisFigure
 from mpisph.report.run_page import write_report
@@ -280,3 +281,17 @@ def test_the_command_writes_into_the_run_or_the_current_folder(
     done = call("report", tmp_path)
     assert done.returncode == 1
     assert f"{tmp_path}: no status.json" in done.stderr
+
+
+def test_the_debris_is_looked_at_before_it_reaches_the_next_body(finished):
+    run = read_run(finished)
+    case = run.case.model_copy(update={"measured": None})
+    history = run.history.copy()
+    history["cloud_length"][history["time"] > 1.6e-6] = np.nan
+    run = run._replace(case=case, history=history)
+    shown = run_page._large(run)
+    assert [item.time for item in shown] == [1.5e-6, 2e-6]
+    analysed = run_page._analysed(shown, run_page._arrival(run))
+    assert [item.time for item in analysed] == [1.5e-6]
+    history["cloud_length"][:] = np.nan
+    assert run_page._analysed(shown, run_page._arrival(run)) == []

@@ -515,12 +515,16 @@ def test_the_last_checkpoint_is_that_of_the_end(once):
     assert path.name == f"checkpoint_{status(once)['step']:09d}.h5"
 
 
-def test_a_full_disk_for_the_last_checkpoint_is_no_failure(
-    tmp_path, monkeypatch, capsys
-):
-    def full(*_):
-        raise CollectiveError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr("mpisph.run.output.write_checkpoint", full)
-    assert run(short_case(), SELF, tmp_path).status == "completed"
+@pytest.mark.parametrize("obstacle", ["file", "link"])
+def test_a_run_ends_well_without_its_last_checkpoint(obstacle, tmp_path, capsys):
+    place = tmp_path / "checkpoints"
+    if obstacle == "file":
+        place.touch()
+    else:
+        place.symlink_to("nowhere")
+    case = short_case("checkpoints.interval=", "time.end=0.1us")
+    assert run(case, SELF, tmp_path).status == "completed"
     assert "warning: no checkpoint at step" in capsys.readouterr().err
+    assert "checkpoints" in read_run(tmp_path).warnings[0]
+    with pytest.raises(MpisphError, match="no sound checkpoint from the end"):
+        resume(SELF, tmp_path, overrides=["time.end=0.2us"])
