@@ -326,7 +326,7 @@ def _panels(
 
 
 def _history(run: StoredRun) -> list[Figure]:
-    data = RunHistory(run.history, run.case, run.clouds)
+    data = RunHistory(run.history, run.case, run.clouds, run.probes)
     return [
         Figure(item.title, embed(partial(draw_history, item, data)), item.caption)
         for item in history_figures(data)
