@@ -17,6 +17,7 @@ def outcome(folder):
     return {
         # Imbalance and wall time are of the machine.
         "history": [line.split(",")[:-2] for line in lines],
+        "probes": {p.name: p.read_bytes() for p in folder.glob("[bg]*.csv")},
         "series": (folder / "snapshots.vtkhdf.series").read_bytes(),
         "snapshots": {p.name: p.read_bytes() for p in snapshots},
         **{name: result[name] for name in names},

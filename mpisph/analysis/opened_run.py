@@ -22,6 +22,7 @@ from mpisph.case.times import same_time
 from mpisph.core.errors import MpisphError
 from mpisph.diagnostics.cloud import CloudMeasure, cloud_definition, measure_arrays
 from mpisph.inputs.quantities import si_value
+from mpisph.io.probe_files import BODIES_FILE, GAUGES_FILE
 from mpisph.io.result import CloudRecord, Comparison, Result
 from mpisph.io.run_folder import case_in
 from mpisph.io.snapshot import read_series, read_snapshot
@@ -205,6 +206,22 @@ class OpenedRun:
         ``pandas.DataFrame(run.history)`` makes a data frame of it.
         """
         return self._stored.history
+
+    @property
+    def bodies(self) -> npt.NDArray[Any]:
+        """Mass, momentum, energies and peak pressure of each body over time.
+
+        A structured array with the columns of ``bodies.csv``.
+        """
+        return self._stored.probes[BODIES_FILE]
+
+    @property
+    def gauges(self) -> npt.NDArray[Any]:
+        """What the gauges have read, with the columns of ``gauges.csv``.
+
+        Empty where the case has no gauges.
+        """
+        return self._stored.probes.get(GAUGES_FILE, np.array([]))
 
     @property
     def clouds(self) -> tuple[CloudRecord, ...]:

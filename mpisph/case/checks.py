@@ -52,12 +52,16 @@ def _check_names(parts: Parts) -> Iterator[Finding]:
     """Require a body, and unique names."""
     if not parts.names:
         yield Finding(("bodies",), "at least one body is needed")
-    seen: set[str] = set()
-    for i, name in enumerate(parts.names):
-        if name is not None and name in seen:
-            yield Finding(("bodies", i, "name"), "another body has this name")
-        if name is not None:
-            seen.add(name)
+    for table, kind, names in (
+        ("bodies", "body", parts.names),
+        ("gauges", "gauge", parts.gauge_names),
+    ):
+        seen: set[str] = set()
+        for i, name in enumerate(names):
+            if name is not None and name in seen:
+                yield Finding((table, i, "name"), f"another {kind} has this name")
+            if name is not None:
+                seen.add(name)
 
 
 def _check_sizes(parts: Parts) -> Iterator[Finding]:

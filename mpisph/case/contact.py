@@ -10,13 +10,16 @@ import numpy as np
 from mpisph.case.bodies import Body
 from mpisph.case.shapes.section import FloatArray, Section
 
-__all__ = ["first_contact", "meeting_time"]
+__all__ = ["first_contact", "meeting_time", "time_origin"]
 
 _HEIGHTS = 1025
 """Heights at which a section is looked at."""
 
 _RADII = 129
 """Radii at which the gap between two sections is looked at."""
+
+_UNSEEN = 1e-3
+"""Way before the contact over the extent of the bodies that makes no difference."""
 
 _TOUCHING = 1e-6
 """Gap over the extent of the bodies that is none: shapes are looked at in samples."""
@@ -41,6 +44,21 @@ def first_contact(bodies: Sequence[Body]) -> float:
         if one.velocity != other.velocity
     ]
     return min(times, default=math.inf)
+
+
+def time_origin(bodies: Sequence[Body]) -> str:
+    """Return in words what the times of a run count from.
+
+    They count from its start. That is the first contact where the bodies touch then, or
+    move so little before that no one would tell the two apart.
+    """
+    contact = first_contact(bodies)
+    if contact == 0.0:
+        return "after first contact"
+    speed = max((abs(body.velocity) for body in bodies), default=0.0)
+    extent = max((body.section.extent for body in bodies), default=0.0)
+    near = speed * contact < _UNSEEN * extent
+    return "after first contact" if near else "after the start"
 
 
 def meeting_time(one: Body, other: Body, anywhere: bool = False) -> float:

@@ -13,6 +13,7 @@ from mpisph.case.checks import find_problems
 from mpisph.case.partial_case import Parts, default_reference, find_spacing
 from mpisph.case.sections import (
     Checkpoints,
+    Gauge,
     Initial,
     Limits,
     Measured,
@@ -65,6 +66,8 @@ class Case(FrozenModel):
     """Measurements to compare with."""
     time: TimeStepping = Field(default=TimeStepping(), validate_default=True)
     """Duration and time step."""
+    gauges: Annotated[tuple[Gauge, ...], Field(max_length=MOST)] = ()
+    """Places at which the state of the matter is followed."""
     limits: Limits = Limits()
     """Limits beyond which a run counts as unstable."""
     parallel: Parallel = Parallel()
@@ -131,6 +134,7 @@ class Case(FrozenModel):
             scheme=self.scheme,
             output=self.output,
             measured=self.measured,
+            gauge_names=[gauge.name for gauge in self.gauges],
             time=self.time,
             materials=self.materials,
         )

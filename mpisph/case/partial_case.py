@@ -28,6 +28,7 @@ class Parts(NamedTuple):
     time: TimeStepping | None
     materials: Mapping[str, Material | None]
     measured_invalid: bool = False
+    gauge_names: Sequence[str | None] = ()
 
 
 def default_reference(bodies: Sequence[Body | None]) -> str | None:

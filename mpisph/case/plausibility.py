@@ -51,6 +51,7 @@ def find_warnings(case: Case) -> list[str]:
         _warn_of_foam,
         _warn_of_smoothing,
         _warn_of_viscosity,
+        _warn_of_gauges,
     )
     return [text for rule in rules for text in rule(case)]
 
@@ -174,6 +175,21 @@ def _warn_of_viscosity(case: Case) -> Iterator[str]:
             "each other at a shock, and internal energies fall below zero; take "
             f"{_LEAST_VISCOSITY:g} or more (default 2.5)"
         )
+
+
+def _warn_of_gauges(case: Case) -> Iterator[str]:
+    """Warn of moving gauges that do not begin in matter."""
+    if case.initial is not None:
+        return
+    for gauge in case.gauges:
+        if gauge.kind == "moving" and not any(
+            body.section.holds(gauge.r, gauge.z) for body in case.bodies
+        ):
+            yield (
+                f"gauges.{gauge.name}: it moves with the particle that is nearest to "
+                f"r = {gauge.r:g} m, z = {gauge.z:g} m, and no body is there; look at "
+                'r and z, or set kind = "fixed"'
+            )
 
 
 def _us(time: float) -> str:

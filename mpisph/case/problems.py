@@ -205,6 +205,9 @@ def _valid_parts(data: Mapping[str, Any]) -> Parts:
     if not isinstance(bodies, list | tuple) or len(bodies) > MOST:
         bodies = [None]
     measured = _section(data, "measured")
+    gauges = data.get("gauges", ())
+    if not isinstance(gauges, list | tuple) or len(gauges) > MOST:
+        gauges = ()
     return Parts(
         names=[_identifier(body, "name") for body in bodies],
         material_names=[_identifier(body, "material") for body in bodies],
@@ -216,6 +219,7 @@ def _valid_parts(data: Mapping[str, Any]) -> Parts:
         time=_section(data, "time"),
         materials=_valid_materials(data),
         measured_invalid="measured" in data and measured is None,
+        gauge_names=[_identifier(gauge, "name") for gauge in gauges],
     )
 
 

@@ -13,7 +13,9 @@ from mpisph.inputs.quantities import (
     FrozenModel,
     Identifier,
     NonNegative,
+    NonNegativeLength,
     NonNegativeRatio,
+    Position,
     PositiveLength,
     PositiveRatio,
     PositiveTime,
@@ -28,6 +30,7 @@ from mpisph.physics.failure.minimum_pressure import MinimumPressure
 __all__ = [
     "Checkpoints",
     "Exposure",
+    "Gauge",
     "Heat",
     "Initial",
     "Limits",
@@ -146,6 +149,19 @@ class Output(FrozenModel):
     """Steps between two lines of the history."""
     figures: Flag = True
     """Whether to draw figures."""
+
+
+class Gauge(FrozenModel):
+    """A place at which the state of the matter is written with the history."""
+
+    name: Identifier
+    """Name of the gauge, unique in the case."""
+    kind: Literal["fixed", "moving"] = "fixed"
+    """Stays in space, or moves with the particle that is nearest at the start."""
+    z: Position
+    """Axial position."""
+    r: NonNegativeLength = 0.0
+    """Radius."""
 
 
 class Exposure(FrozenModel):

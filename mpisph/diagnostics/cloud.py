@@ -96,9 +96,9 @@ NO_MEASURE = CloudMeasure(*[math.nan] * 6)
 NEEDED = ("id", "body", "r", "z", "u_r", "u_z", "m")
 """What the cloud is measured from."""
 
-STIRRED = 0.05
-"""Change of velocity over that of the impact by which a body shows that it was hit. Far
-less comes earlier: kernels of particles that have moved apart reach far."""
+STIRRED = 0.01
+"""Change of velocity over that of the impact by which a body shows that it is hit.
+Kernels reach some spacings ahead: soon after that the cloud's front is slowed down."""
 
 
 class CloudErrors(NamedTuple):

@@ -1,17 +1,36 @@
 """Figures of a run's history: the cloud's growth, conservation, the time step."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
+import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mpisph.case import Case
+from mpisph.case.contact import time_origin
 from mpisph.diagnostics.cloud import cloud_definition
+from mpisph.diagnostics.probes import (
+    BODY_QUANTITIES,
+    GAUGE_QUANTITIES,
+    Quantity,
+    column_name,
+)
 from mpisph.diagnostics.series import SERIES, Series
-from mpisph.figures.style import BODY_COLOURS, COMPUTED, DPI, STYLE, Out, save
+from mpisph.figures.style import (
+    BODY_COLOURS,
+    COMPUTED,
+    DPI,
+    STYLE,
+    Out,
+    body_colour,
+    save,
+)
+from mpisph.io.probe_files import BODIES_FILE, GAUGES_FILE
 from mpisph.io.result import CloudRecord
 
 SIZE = (5.0, 3.1)
@@ -45,11 +64,14 @@ class RunHistory(NamedTuple):
     case : Case
     clouds : tuple of CloudRecord
         The cloud at output times, for its robust figures; may be empty.
+    probes : mapping of str to structured ndarray
+        What was followed of bodies and at gauges, by the names of the files.
     """
 
     rows: npt.NDArray[Any]
     case: Case
     clouds: tuple[CloudRecord, ...] = ()
+    probes: Mapping[str, npt.NDArray[Any]] = MappingProxyType({})
 
 
 class HistoryFigure(NamedTuple):
@@ -99,7 +121,55 @@ def history_figures(run: RunHistory) -> list[HistoryFigure]:
     if run.case.measured is not None and run.case.measured.exposures:
         figures = [_with_measured(figure) for figure in figures]
     captioned = [s for s in SERIES if s.caption and rows[s.name].any()]
-    return figures + [_series_figure(series) for series in captioned]
+    figures += [_series_figure(series) for series in captioned]
+    return figures + _probe_figures(run)
+
+
+def _probe_figures(run: RunHistory) -> list[HistoryFigure]:
+    """Return the figures of bodies and gauges, with a line for each of them."""
+    found = []
+    for file, what, names, shown, caption in (
+        (BODIES_FILE, "bodies", run.case.bodies, _OF_BODIES, ""),
+        (GAUGES_FILE, "gauges", run.case.gauges, _OF_GAUGES, _GAUGES_CAPTION),
+    ):
+        rows = run.probes.get(file)
+        if rows is None or len(rows) < 2:
+            continue
+        lines = [each.name for each in names]
+        for quantity, label, factor, unit in shown:
+            title = f"{label} of the bodies" if what == "bodies" else f"{label}: gauges"
+            draw = partial(_draw_probes, file, quantity, lines, factor)
+            found.append(
+                HistoryFigure(
+                    f"{what}_{quantity.name}",
+                    title,
+                    caption,
+                    partial(draw, f"{quantity.label} [{unit}]"),
+                )
+            )
+    return found
+
+
+def _draw_probes(
+    file: str,
+    quantity: Quantity,
+    names: Sequence[str],
+    factor: float,
+    label: str,
+    axes: Axes,
+    run: RunHistory,
+) -> None:
+    """Draw a line for each body or gauge."""
+    rows = run.probes[file]
+    for index, name in enumerate(names):
+        axes.plot(
+            1e6 * rows["time_s"],
+            factor * rows[column_name(quantity, name)],
+            label=name,
+            color=body_colour(index),
+            linewidth=1.2,
+        )
+    axes.set_ylabel(label)
 
 
 def _with_measured(figure: HistoryFigure) -> HistoryFigure:
@@ -127,7 +197,7 @@ def draw_history(figure: HistoryFigure, run: RunHistory, out: Out) -> None:
         drawing = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
         axes = drawing.add_subplot()
         figure.draw(axes, run)
-        axes.set_xlabel("time after first contact [µs]")
+        axes.set_xlabel(f"time {time_origin(run.case.bodies)} [µs]")
         axes.margins(x=0.02)
         if axes.get_legend_handles_labels()[0]:
             axes.legend()
@@ -183,7 +253,7 @@ def _series_figure(series: Series) -> HistoryFigure:
     def draw(axes: Axes, run: RunHistory) -> None:
         axes.plot(1e6 * run.rows["time"], factor * run.rows[series.name], **_LINE)
         axes.set_ylabel(f"{series.label} [{unit}]")
-        if run.rows[series.name].min() >= 0.0:
+        if np.nanmin(run.rows[series.name]) >= 0.0:
             axes.set_ylim(bottom=0.0)
 
     title = series.label[0].upper() + series.label[1:]
@@ -232,7 +302,33 @@ def _draw_imbalance(axes: Axes, run: RunHistory) -> None:
     axes.set_ylim(bottom=0.0)
 
 
-_SHOWN_UNITS = {"kg": (1e3, "g"), "m": (1e3, "mm"), "J": (1e-3, "kJ")}
+_BODY, _GAUGE = (
+    {quantity.name: quantity for quantity in quantities}
+    for quantities in (BODY_QUANTITIES, GAUGE_QUANTITIES)
+)
+_OF_BODIES = (
+    (_BODY["momentum_z"], "Axial momentum", 1.0, "N s"),
+    (_BODY["kinetic_energy"], "Kinetic energy", 1e-3, "kJ"),
+    (_BODY["internal_energy"], "Internal energy", 1e-3, "kJ"),
+    (_BODY["peak_pressure"], "Peak pressure", 1e-9, "GPa"),
+)
+_OF_GAUGES = (
+    (_GAUGE["P"], "Pressure", 1e-9, "GPa"),
+    (_GAUGE["rho"], "Density", 1.0, "kg/m³"),
+    (_GAUGE["u_z"], "Axial velocity", 1e-3, "km/s"),
+    (_GAUGE["u_r"], "Radial velocity", 1e-3, "km/s"),
+    (_GAUGE["E"], "Internal energy", 1e-6, "MJ/kg"),
+)
+# What is drawn of bodies and gauges, in the units of people.
+
+_GAUGES_CAPTION = "A line ends where there is no matter at the place of its gauge."
+
+_SHOWN_UNITS = {
+    "J/kg": (1e-6, "MJ/kg"),
+    "kg": (1e3, "g"),
+    "m": (1e3, "mm"),
+    "J": (1e-3, "kJ"),
+}
 
 _SIZE_CAPTION = (
     "Line: outermost particle, at every step. Crosses: within which the given share of "

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from mpisph.case import Case, Plate
+from mpisph.case.contact import time_origin
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
 from mpisph.core.particles import FloatArray
@@ -329,7 +330,7 @@ def title_lines(case: Case, time: float, exposure: Exposure | None) -> list[str]
         Lines of at most 88 characters.
     """
     lines = textwrap.wrap(case.title, 88)
-    when = f"t = {time * 1e6:.2f} µs after first contact"
+    when = f"t = {time * 1e6:.2f} µs {time_origin(case.bodies)}"
     if exposure is not None:
         nominal = f"{exposure.time * 1e6:g} µs"
         offset = time - exposure.time

@@ -72,18 +72,20 @@ class Beginning(BaseModel):
     """Digest of so many bytes."""
 
 
-class History(LineFile):
-    """Writes ``history.csv``, on rank 0 alone; other ranks do nothing.
+class Table(LineFile):
+    """Writes a CSV file with a line for some steps, on rank 0 alone.
 
-    Nothing here is collective. An error is raised on rank 0 only.
+    Other ranks do nothing. Nothing here is collective, and an error is raised on rank 0
+    only.
 
     Parameters
     ----------
-    folder : Path
-        Folder of the run.
+    path : Path
+    header : sequence of str
+        Names of the columns.
     comm : MPI.Intracomm
     kept : int, optional
-        Size of what is kept of an earlier history [bytes]; lines behind it, of steps
+        Size of what is kept of an earlier table [bytes]; lines behind it, of steps
         that are to be made again, are cut off. By default nothing is kept.
 
     Raises
@@ -92,20 +94,21 @@ class History(LineFile):
         On rank 0, if the file cannot be written.
     """
 
-    def __init__(self, folder: Path, comm: MPI.Intracomm, kept: int = 0) -> None:
-        path = folder / HISTORY_FILE if comm.rank == 0 else None
+    def __init__(
+        self, path: Path, header: Sequence[str], comm: MPI.Intracomm, kept: int = 0
+    ) -> None:
         self._digest = hashlib.sha256()
-        if path is not None and kept > 0:
-            os.truncate(path, kept)
-        elif path is not None:
-            write_text(path, _line(HEADER))
-        if path is not None:
+        if comm.rank == 0:
+            if kept > 0:
+                os.truncate(path, kept)
+            else:
+                write_text(path, _line(header))
             self._digest = _digest(path)
-        super().__init__(path)
+        super().__init__(path if comm.rank == 0 else None)
 
-    def add(self, row: Row) -> None:
-        """Write one line; numbers keep all of their digits."""
-        line = _line([_text(name, row[name]) for name in _NAMES])
+    def add_cells(self, cells: Sequence[str]) -> None:
+        """Write one line."""
+        line = _line(cells)
         self.write(line)
         self._digest.update(line.encode())
 
@@ -120,9 +123,27 @@ class History(LineFile):
         return Beginning(size=self.save(), sha256=self._digest.hexdigest())
 
 
-def begins_with(folder: Path, beginning: Beginning) -> bool:
-    """Say whether a run's history still begins with what was written."""
-    path = folder / HISTORY_FILE
+class History(Table):
+    """Writes ``history.csv``; see `Table`.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the run.
+    comm : MPI.Intracomm
+    kept : int, optional
+    """
+
+    def __init__(self, folder: Path, comm: MPI.Intracomm, kept: int = 0) -> None:
+        super().__init__(folder / HISTORY_FILE, HEADER, comm, kept)
+
+    def add(self, row: Row) -> None:
+        """Write one line; numbers keep all of their digits."""
+        self.add_cells([_text(name, row[name]) for name in _NAMES])
+
+
+def begins_with(path: Path, beginning: Beginning) -> bool:
+    """Say whether a run's history, or another table, begins with what was written."""
     try:
         check_regular(path)
         return _digest(path, beginning.size).hexdigest() == beginning.sha256
@@ -141,17 +162,20 @@ def _digest(path: Path, size: int | None = None) -> "hashlib._Hash":
     return digest
 
 
-def keep_rows(folder: Path, step: int, every: int) -> tuple[int, int]:
-    """Rewrite a damaged history with the rows that can still be read.
+def keep_rows(
+    path: Path, step: int, every: int, header: Sequence[str] = HEADER
+) -> tuple[int, int]:
+    """Rewrite a damaged history, or another table, with the rows that can be read.
 
     Parameters
     ----------
-    folder : Path
-        Folder of the run.
+    path : Path
     step : int
         Rows of this step and of later ones are left out.
     every : int
         Steps between two rows.
+    header : sequence of str, optional
+        Names of its columns, of which the first is the step.
 
     Returns
     -------
@@ -163,9 +187,8 @@ def keep_rows(folder: Path, step: int, every: int) -> tuple[int, int]:
     Raises
     ------
     OSError
-        If the history cannot be written.
+        If it cannot be written.
     """
-    path = folder / HISTORY_FILE
     text = ""
     with suppress(OSError):
         check_regular(path)
@@ -173,22 +196,22 @@ def keep_rows(folder: Path, step: int, every: int) -> tuple[int, int]:
     wanted = range(0, step, every)
     rows = {}
     for line in text.splitlines():
-        number = _step_of(line)
+        number = _step_of(line, len(header))
         if number in wanted:
             rows[number] = line  # of two lines, one has an altered step
     if path.is_dir():
         set_aside(path)
-    lines = [",".join(HEADER), *(rows[number] for number in sorted(rows))]
+    lines = [",".join(header), *(rows[number] for number in sorted(rows))]
     write_text(path, "\n".join(lines) + "\n")
     return len(rows), len(wanted)
 
 
-def _step_of(line: str) -> int:
+def _step_of(line: str, columns: int) -> int:
     """Return the step of a row; -1 where it is none."""
     cells = line.split(",")
     try:
         numbers = [float(cell) for cell in cells]
-        return int(cells[0]) if len(numbers) == len(COLUMNS) else -1
+        return int(cells[0]) if len(numbers) == columns else -1
     except ValueError:
         return -1
 

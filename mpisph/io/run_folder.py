@@ -27,6 +27,7 @@ from mpisph.io.checkpoint import (
 )
 from mpisph.io.files import check_regular, write_text
 from mpisph.io.history import HISTORY_FILE
+from mpisph.io.probe_files import BODIES_FILE, GAUGES_FILE
 from mpisph.io.result import RESULT_FILE, Result, read_result
 from mpisph.io.snapshot import SERIES_FILE, SNAPSHOTS_FOLDER
 from mpisph.io.status import FINAL, STATUS_FILE, Status, read_status
@@ -227,6 +228,8 @@ def remove_run(folder: Path) -> None:
         *(folder / "figures").glob("cloud_*.png"),
         folder / SERIES_FILE,
         folder / RESULT_FILE,
+        folder / BODIES_FILE,
+        folder / GAUGES_FILE,
     ]
     for path in stale:
         path.unlink(missing_ok=True)
@@ -239,6 +242,8 @@ def remove_parts(folder: Path) -> None:
         CASE_FILE,
         INITIAL_FILE,
         HISTORY_FILE,
+        BODIES_FILE,
+        GAUGES_FILE,
         RESULT_FILE,
         SERIES_FILE,
         STATUS_FILE,

@@ -10,6 +10,7 @@ from mpisph.case import Case
 from mpisph.core.errors import InputError, MpisphError
 from mpisph.diagnostics.cloud import cloud_definition, measure_arrays
 from mpisph.io.history import HISTORY_FILE, read_history
+from mpisph.io.probe_files import probe_headers, read_probes_file
 from mpisph.io.result import (
     RESULT_FILE,
     CloudRecord,
@@ -55,6 +56,9 @@ class StoredRun(NamedTuple):
         Versions and revision of the program.
     warnings : list of str
         What the run warned of.
+    probes : dict of str to structured ndarray
+        What was followed of bodies and at gauges, by the names of the files; see
+        `probe_files.read_probes_file`.
     """
 
     folder: Path
@@ -71,6 +75,7 @@ class StoredRun(NamedTuple):
     comparisons: tuple[Comparison, ...]
     provenance: dict[str, str]
     warnings: list[str]
+    probes: dict[str, npt.NDArray[Any]]
 
 
 def read_run(folder: Path, name: str = "") -> StoredRun:
@@ -117,6 +122,7 @@ def read_run(folder: Path, name: str = "") -> StoredRun:
         comparisons=result.comparisons if result else make_comparisons(case, clouds),
         provenance=provenance,
         warnings=_warnings(folder),
+        probes=_probes(folder, case),
     )
 
 
@@ -138,6 +144,16 @@ def _history(folder: Path) -> npt.NDArray[Any]:
         return np.array([])
     except ValueError as error:
         raise MpisphError(f"{path}: not a history") from error
+
+
+def _probes(folder: Path, case: Case) -> dict[str, npt.NDArray[Any]]:
+    try:
+        return {
+            name: read_probes_file(folder / name, header)
+            for name, header in probe_headers(case).items()
+        }
+    except ValueError as error:
+        raise MpisphError(str(error)) from error
 
 
 def _present(series: list[tuple[Path, float]]) -> list[tuple[Path, float]]:

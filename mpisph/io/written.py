@@ -1,7 +1,7 @@
 """What a run has written, and whether it is still there as it was written."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from mpisph.core.errors import os_error_text
 from mpisph.io.files import check_regular
-from mpisph.io.history import HISTORY_FILE, Beginning, begins_with
+from mpisph.io.history import Beginning, begins_with
 from mpisph.io.snapshot import SNAPSHOTS_FOLDER, snapshot_time
 
 HEAD = 2**20
@@ -68,7 +68,9 @@ class Fault(NamedTuple):
 
 
 def find_faults(
-    folder: Path, snapshots: Sequence[SnapshotRecord], history: Beginning
+    folder: Path,
+    snapshots: Sequence[SnapshotRecord],
+    tables: Mapping[str, Beginning],
 ) -> list[Fault]:
     """Compare what lies in the folder of a run with what was written there.
 
@@ -77,7 +79,8 @@ def find_faults(
     folder : Path
         Folder of the run.
     snapshots : sequence of SnapshotRecord
-    history : Beginning
+    tables : mapping of str to Beginning
+        The history and what else has a line for some steps, by their names.
 
     Returns
     -------
@@ -86,10 +89,11 @@ def find_faults(
     """
     found = [_snapshot_fault(folder, record) for record in snapshots]
     faults = [fault for fault in found if fault is not None]
-    if not begins_with(folder, history):
-        is_there = (folder / HISTORY_FILE).exists()
-        text = "is not what was written" if is_there else "is missing"
-        faults.append(Fault(HISTORY_FILE, "altered", text))
+    for name, beginning in tables.items():
+        if not begins_with(folder / name, beginning):
+            is_there = (folder / name).exists()
+            text = "is not what was written" if is_there else "is missing"
+            faults.append(Fault(name, "altered", text))
     return faults
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mpisph.case import Case
+from mpisph.case.contact import time_origin
 from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
 from mpisph.core.words import counted, grouped
@@ -275,7 +276,7 @@ def _large(run: StoredRun) -> list[_Shown]:
             first = whole[-1:]
         chosen = [*first, *run.snapshots[-1:]]
         shown = [_Shown(path, time, None, "") for path, time in chosen]
-    return [item._replace(title=item.title + _after(item)) for item in shown]
+    return [item._replace(title=item.title + _after(item, run.case)) for item in shown]
 
 
 def _arrival(run: StoredRun) -> float:
@@ -286,8 +287,9 @@ def _arrival(run: StoredRun) -> float:
     return float(run.history["time"][after].min(initial=math.inf))
 
 
-def _after(item: _Shown) -> str:
-    return f"{': ' if item.title else ''}{us(item.time)} after first contact"
+def _after(item: _Shown, case: Case) -> str:
+    when = f"{us(item.time)} {time_origin(case.bodies)}"
+    return f": {when}" if item.title else when
 
 
 def _pictures(case: Case, shown: list[_Shown], view: View | None) -> list[list[Figure]]:
@@ -326,7 +328,7 @@ def _panels(
 
 
 def _history(run: StoredRun) -> list[Figure]:
-    data = RunHistory(run.history, run.case, run.clouds)
+    data = RunHistory(run.history, run.case, run.clouds, run.probes)
     return [
         Figure(item.title, embed(partial(draw_history, item, data)), item.caption)
         for item in history_figures(data)

@@ -24,6 +24,7 @@ from mpisph.io.snapshot import write_snapshot
 from mpisph.io.written import SnapshotRecord
 from mpisph.parallel.collectives import from_root
 from mpisph.parallel.load_balance import imbalance
+from mpisph.run.probing import Probes
 from mpisph.run.progress import Progress
 from mpisph.run.state import RunState
 from mpisph.solver.reduction import Reduction
@@ -38,6 +39,7 @@ class RunOutput:
     sim : Simulation
     folder : Path
     history : History
+    probes : Probes
     progress : Progress
     log : RunLog
     provenance : dict of str to str
@@ -53,6 +55,7 @@ class RunOutput:
         sim: Simulation,
         folder: Path,
         history: History,
+        probes: Probes,
         progress: Progress,
         log: RunLog,
         provenance: dict[str, str],
@@ -61,6 +64,7 @@ class RunOutput:
     ) -> None:
         self.folder = folder
         self.history = history
+        self.probes = probes
         self.progress = progress
         self.log = log
         self.provenance = provenance
@@ -96,6 +100,7 @@ class RunOutput:
         self.errors = conservation_errors(self.initial, found.series)
         self.energy_error_max = max(self.energy_error_max, abs(self.errors.energy))
         self._unwritten = found
+        self.probes.note_step(sim)
         if sim.step % sim.case.output.history_every == 0:
             self.write_last_row(sim)
         self.progress.update(sim.time, sim.step, sim.dt)
@@ -111,8 +116,10 @@ class RunOutput:
             )
 
     def write_last_row(self, sim: Simulation) -> None:
-        """Write the last step's line of the history, unless it has been written."""
+        """Write the last step's line of all tables, unless it has been; collective."""
         if self._unwritten is not None:
+            with sim.timers.measure("bodies and gauges"):
+                self.probes.add_row(sim)
             self.history.add(self._row(sim, self._unwritten))
             self._unwritten = None
 
@@ -182,6 +189,7 @@ class RunOutput:
             cloud_arrival=self.cloud_arrival,
             lowest_energy=self.lowest_energy,
             history=from_root(sim.comm, self.history.saved),
+            probes=self.probes.state(sim),
             damage=self.damage,
             wall=wall,
             rank_seconds=self._rank_seconds(sim.comm.size, wall),

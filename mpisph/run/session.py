@@ -30,7 +30,7 @@ from mpisph.core.jit import CACHE_FOLDER, is_compiled
 from mpisph.core.words import counted
 from mpisph.io.checkpoint import find_checkpoints, keep_last_checkpoint
 from mpisph.io.files import write_text
-from mpisph.io.history import History
+from mpisph.io.history import HISTORY_FILE, History
 from mpisph.io.initial_file import write_initial
 from mpisph.io.lock import FolderLock
 from mpisph.io.provenance import git_revision, versions
@@ -51,6 +51,7 @@ from mpisph.parallel.collectives import from_root, on_root
 from mpisph.run.checkpointing import CheckpointPolicy, StopRequested
 from mpisph.run.loop import step_to_end
 from mpisph.run.output import RunOutput
+from mpisph.run.probing import Probes
 from mpisph.run.progress import Progress
 from mpisph.run.signals import SignalHandler
 from mpisph.run.state import Loaded, faults_of_ended, load_last_state, mend
@@ -353,17 +354,21 @@ class _Session:
         self, stack: ExitStack, sim: Simulation, log: RunLog, loaded: Loaded | None
     ) -> RunOutput:
         """Open what the run writes, as of its state; warn of what has changed since."""
-        state, damage, kept = None, dict[str, str](), 0
+        state, damage, kept = None, dict[str, str](), dict[str, int]()
         if loaded is not None:
             state = loaded.state
             damage, kept = from_root(self.comm, partial(mend, self.folder, loaded))
-        history = stack.enter_context(History(self.folder, self.comm, kept))
+        size = kept.get(HISTORY_FILE, 0)
+        history = stack.enter_context(History(self.folder, self.comm, size))
+        probes = stack.enter_context(
+            Probes(sim, self.folder, state.probes if state else None, kept)
+        )
         progress = stack.enter_context(
             Progress(self.comm, sim.case.end_time, self.console, log=log)
         )
         provenance = from_root(self.comm, _provenance)
         output = RunOutput(
-            sim, self.folder, history, progress, log, provenance, state, damage
+            sim, self.folder, history, probes, progress, log, provenance, state, damage
         )
         if state is not None and state.provenance != provenance:
             output.warn(

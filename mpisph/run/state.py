@@ -24,7 +24,8 @@ from mpisph.io.checkpoint import (
     read_state,
 )
 from mpisph.io.files import set_aside
-from mpisph.io.history import HISTORY_FILE, Beginning, keep_rows
+from mpisph.io.history import HEADER, HISTORY_FILE, Beginning, keep_rows
+from mpisph.io.probe_files import ProbeState, probe_headers
 from mpisph.io.result import CloudRecord
 from mpisph.io.run_folder import CASE_FILE
 from mpisph.io.snapshot import SNAPSHOTS_FOLDER, write_series
@@ -70,6 +71,8 @@ class RunState(BaseModel):
     """Lowest specific internal energy so far [J/kg]."""
     history: Beginning
     """The history up to this step."""
+    probes: ProbeState
+    """What is followed of bodies and at gauges."""
     damage: dict[str, str]
     """Files that were found damaged and could not be written again: what they are."""
     wall: float
@@ -184,7 +187,11 @@ def _look_at(case: Case, comm: MPI.Intracomm, path: Path) -> _Found:
 
 
 def _faults(folder: Path, state: RunState) -> list[Fault]:
-    return find_faults(folder, state.snapshots, state.history)
+    return find_faults(folder, state.snapshots, _tables(state))
+
+
+def _tables(state: RunState) -> dict[str, Beginning]:
+    return {HISTORY_FILE: state.history, **state.probes.tables}
 
 
 def faults_of_ended(folder: Path) -> list[Fault]:
@@ -205,12 +212,12 @@ class Mended(NamedTuple):
     ----------
     damage : dict of str to str
         The files that remain damaged, with what they are; those of earlier starts too.
-    history_size : int
-        Of the history to continue [bytes].
+    sizes : dict of str to int
+        Of the history and the other tables to continue [bytes].
     """
 
     damage: dict[str, str]
-    history_size: int
+    sizes: dict[str, int]
 
 
 def mend(folder: Path, loaded: Loaded) -> Mended:
@@ -225,15 +232,18 @@ def mend(folder: Path, loaded: Loaded) -> Mended:
         If a file cannot be written.
     """
     state, faults = loaded.state, loaded.faults
-    size = state.history.size
+    tables = _tables(state)
+    sizes = {name: beginning.size for name, beginning in tables.items()}
+    case = case_from_dict(tomllib.loads(state.case))
+    headers = {HISTORY_FILE: HEADER, **probe_headers(case)}
     lost, damage = set(), {}
     for name, kind, text in faults:
         damage[name] = text
-        if name == HISTORY_FILE:
-            every = case_from_dict(tomllib.loads(state.case)).output.history_every
-            kept, wanted = keep_rows(folder, state.step, every)
+        if name in tables:
+            every, path = case.output.history_every, folder / name
+            kept, wanted = keep_rows(path, state.step, every, headers[name])
             damage[name] = f"{text}; {kept} of {wanted} rows kept"
-            size = (folder / name).stat().st_size
+            sizes[name] = path.stat().st_size
         elif kind in {"missing", "broken"}:
             lost.add(name)
         if kind == "broken":
@@ -247,9 +257,9 @@ def mend(folder: Path, loaded: Loaded) -> Mended:
     earlier = {
         name: text
         for name, text in state.damage.items()
-        if name == HISTORY_FILE or name in damage
+        if name in tables or name in damage
     }
-    return Mended(damage | earlier, size)
+    return Mended(damage | earlier, sizes)
 
 
 def _state_in(checkpoint: Checkpoint, path: Path, case: Case) -> RunState:

@@ -15,7 +15,7 @@ asked=     # when the ranks were first asked to stop
 catch_signals() {
     local name
     # Ranks are asked by SIGUSR1 whatever the signal was; they read here which.
-    MPISPH_SIGNALS=$(mktemp)
+    MPISPH_SIGNALS=$(mktemp) || true  # without it, they say SIGUSR1
     export MPISPH_SIGNALS
     trap 'rm -f "$MPISPH_SIGNALS"' EXIT
     for name in HUP INT QUIT TERM USR1; do
@@ -26,7 +26,7 @@ catch_signals() {
 
 note_signal() {
     signals+=" $1"
-    printf '%s\n' "$1" >>"$MPISPH_SIGNALS"
+    [[ ! $MPISPH_SIGNALS ]] || printf '%s\n' "$1" >>"$MPISPH_SIGNALS" || true
     if [[ ! $launcher ]]; then
         return 0
     elif [[ ! $asked ]]; then

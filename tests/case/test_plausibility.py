@@ -6,7 +6,7 @@ import pytest
 from launch import CASES
 
 from mpisph.case import case_from_dict, load_case
-from mpisph.case.contact import first_contact, meeting_time
+from mpisph.case.contact import first_contact, meeting_time, time_origin
 from mpisph.case.plausibility import find_warnings
 
 SHOT = CASES / "piekutowski-4-1353.toml"
@@ -135,3 +135,20 @@ def test_meeting_times_against_closed_forms(one, other, meets):
         assert meeting_time(*pair) == pytest.approx(meets, abs=2e-8)
     if "velocity" in one:
         assert first_contact(bodies) == meeting_time(*bodies)
+
+
+@pytest.mark.parametrize(
+    ("position", "words"),
+    [
+        (-5e-3, "after first contact"),
+        (-5.001e-3, "after first contact"),
+        (-15e-3, "after the start"),
+    ],
+)
+def test_times_count_from_the_first_contact_only_where_the_run_begins_with_it(
+    position, words
+):
+    sphere = body("sphere", position=position, velocity=5e3)
+    assert time_origin(case_of(sphere, body()).bodies) == words
+    away = {**sphere, "velocity": -5e3}
+    assert time_origin(case_of(away, body()).bodies) == "after the start"

@@ -28,6 +28,7 @@ def test_run_writes_every_file_of_a_run(tmp_path):
         f"checkpoints/checkpoint_{status(folder)['step']:09d}.h5",
         "case.toml",
         "history.csv",
+        "bodies.csv",
         "log.txt",
         "result.json",
         "snapshots.vtkhdf.series",

@@ -145,7 +145,11 @@ def test_definition_of_the_shot():
     assert rear_face(case) == pytest.approx(4.039e-3)
     assert case.impact_velocity == 6680.0
     assert cloud_definition(case) == CloudDefinition(
-        pytest.approx(4.039e-3), pytest.approx(668.0), 0.99, 1.0, stirred=334.0
+        pytest.approx(4.039e-3),
+        pytest.approx(668.0),
+        0.99,
+        1.0,
+        stirred=pytest.approx(66.8),
     )
 
 
@@ -153,7 +157,7 @@ def test_without_measurements_the_slowest_plate_is_the_target():
     case = load_case(CASES / "plate-impact.toml")
     assert rear_face(case) == pytest.approx(3e-3)
     assert cloud_definition(case) == CloudDefinition(
-        pytest.approx(3e-3), pytest.approx(300.0), 0.99, 1.0, stirred=150.0
+        pytest.approx(3e-3), pytest.approx(300.0), 0.99, 1.0, stirred=30.0
     )
 
 
@@ -266,9 +270,9 @@ def test_matter_of_the_wall_is_no_cloud_and_its_stirring_ends_the_measures():
     before = measure_arrays(arrays(p), d)
     assert before == measure_arrays(arrays(p.take(np.arange(100, p.n))), d)
     assert before.mass > 0.0
-    p.u_z[7] += 200.0  # a twentieth of the impact velocity is 275
+    p.u_z[7] += 40.0  # a hundredth of the impact velocity is 55
     assert measure_arrays(arrays(p), d) == before
-    p.u_z[7] += 100.0
+    p.u_z[7] += 40.0
     assert all(map(math.isnan, measure_arrays(arrays(p), d)))
 
 

@@ -7,8 +7,10 @@ from matplotlib.figure import Figure
 from small_runs import EXPOSED, small_run
 
 from mpisph.case import load_case
+from mpisph.case.sections import Gauge
 from mpisph.figures.history import RunHistory, draw_history, history_figures
 from mpisph.io.history import read_history
+from mpisph.io.probe_files import probe_headers
 
 
 @pytest.fixture(scope="module")
@@ -119,3 +121,27 @@ def test_every_figure_is_written(run, tmp_path):
         assert (pixels < 0.5).any(axis=2).mean() > 0.01
         assert figure.title
         assert figure.caption
+
+
+def test_bodies_and_gauges_have_a_line_each(run):
+    gauges = Gauge(name="g", z=0.0), Gauge(name="h", z=1.0)
+    case = run.case.model_copy(update={"gauges": gauges})
+    headers = probe_headers(case)
+    rows = {}
+    for file, header in headers.items():
+        rows[file] = np.zeros(3, [(name, "f8") for name in header])
+        for k, name in enumerate(header):
+            rows[file][name] = (k + 1) * np.arange(3.0)
+    probed = run._replace(case=case, probes=rows)
+    axes = draw(probed, "bodies_peak_pressure")
+    found = lines(axes)
+    assert set(found) == {"sphere", "plate"}
+    peak = rows["bodies.csv"]["peak_pressure_plate_Pa"]
+    np.testing.assert_allclose(found["plate"][1], 1e-9 * peak)
+    assert axes.get_ylabel() == "largest pressure so far of a particle [GPa]"
+    found = lines(draw(probed, "gauges_u_z"))
+    np.testing.assert_allclose(
+        found["h"][1], 1e-3 * rows["gauges.csv"]["u_z_h_m_per_s"]
+    )
+    shown = {figure.name for figure in history_figures(run)}
+    assert not {name for name in shown if name.startswith(("bodies", "gauges"))}

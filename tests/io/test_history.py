@@ -101,8 +101,8 @@ def test_a_history_continues_where_it_was_cut(tmp_path):
         history.add(row(2))
         again = history.saved()
     assert read_history(tmp_path / HISTORY_FILE)["step"].tolist() == [0, 2]
-    assert begins_with(tmp_path, saved)
-    assert begins_with(tmp_path, again)
+    assert begins_with(tmp_path / HISTORY_FILE, saved)
+    assert begins_with(tmp_path / HISTORY_FILE, again)
 
 
 DAMAGE = {
@@ -127,7 +127,7 @@ def test_rows_that_survive_are_kept(damage, tmp_path):
     sound = path.read_text().splitlines()
     change, kept = DAMAGE[damage]
     path.write_text("\n".join(change(sound)) + "\n")
-    assert keep_rows(tmp_path, step=10, every=2) == (len(kept), 5)
+    assert keep_rows(tmp_path / HISTORY_FILE, step=10, every=2) == (len(kept), 5)
     wanted = [",".join(HEADER), *(sound[1 + step // 2] for step in kept)]
     assert path.read_text().splitlines() == wanted
 
@@ -139,7 +139,7 @@ def test_without_rows_the_history_starts_over(kind, tmp_path):
         (path / "inside").mkdir(parents=True)
     elif kind == "bytes":
         path.write_bytes(bytes(range(256)) * 20)
-    assert keep_rows(tmp_path, step=10, every=2) == (0, 5)
+    assert keep_rows(tmp_path / HISTORY_FILE, step=10, every=2) == (0, 5)
     assert read_history(path).shape == (0,)
 
 

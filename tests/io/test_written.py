@@ -49,7 +49,7 @@ def beginning(folder):
 
 
 def test_what_is_as_it_was_written_has_no_faults(folder, records, beginning):
-    assert find_faults(folder, records, beginning) == []
+    assert find_faults(folder, records, {HISTORY_FILE: beginning}) == []
 
 
 def break_it(path, way):
@@ -83,7 +83,7 @@ KINDS = {
 @pytest.mark.parametrize(("way", "kind"), KINDS.items())
 def test_a_damaged_snapshot_is_noticed(way, kind, folder, records, beginning):
     break_it(folder / NAME, way)
-    (fault,) = find_faults(folder, records, beginning)
+    (fault,) = find_faults(folder, records, {HISTORY_FILE: beginning})
     assert (fault.name, fault.kind) == (NAME, kind)
     assert str(fault).startswith(f"{NAME}: is ")
 
@@ -91,7 +91,7 @@ def test_a_damaged_snapshot_is_noticed(way, kind, folder, records, beginning):
 def test_another_snapshot_in_its_place_is_noticed(folder, records, beginning):
     other = folder / "snapshots/snapshot_00002.vtkhdf"
     (folder / NAME).write_bytes(other.read_bytes())
-    (fault,) = find_faults(folder, records, beginning)
+    (fault,) = find_faults(folder, records, {HISTORY_FILE: beginning})
     assert (fault.name, fault.kind) == (NAME, "altered")
 
 
@@ -99,14 +99,14 @@ def test_another_snapshot_in_its_place_is_noticed(folder, records, beginning):
 def test_a_snapshot_without_a_part_is_broken(what, folder, records, beginning):
     with h5py.File(folder / NAME, "r+") as file:
         del file[what]
-    (fault,) = find_faults(folder, records, beginning)
+    (fault,) = find_faults(folder, records, {HISTORY_FILE: beginning})
     assert (fault.name, fault.kind) == (NAME, "broken")
 
 
 @pytest.mark.parametrize("way", KINDS)
 def test_a_damaged_history_is_noticed(way, folder, records, beginning):
     break_it(folder / HISTORY_FILE, way)
-    faults = find_faults(folder, records, beginning)
+    faults = find_faults(folder, records, {HISTORY_FILE: beginning})
     # What was added behind the part that counts is of steps to be made again.
     assert [fault.name for fault in faults] == [HISTORY_FILE] * (way != "longer")
 
@@ -118,4 +118,4 @@ def test_a_history_that_goes_on_begins_as_it_did(folder, records):
         assert history.saved() == Beginning(
             size=before.size + 6, sha256=history.saved().sha256
         )
-    assert find_faults(folder, records, before) == []
+    assert find_faults(folder, records, {HISTORY_FILE: before}) == []

@@ -99,7 +99,7 @@ def test_title_verdict_and_state(page, finished):
 def test_every_picture_decodes_and_shows_something(page):
     pictures = page.pictures()
     # An exposure at two times, eight other snapshots, analyses, history.
-    assert len(pictures) == 2 + 8 + 3 + 6
+    assert len(pictures) == 2 + 8 + 3 + 6 + 4
     sizes = list(zip(page.all("img", "width"), page.all("img", "height"), strict=True))
     for picture, size, words in zip(
         pictures, sizes, page.all("img", "alt"), strict=True
@@ -172,7 +172,7 @@ def test_runs_that_have_not_ended(finished, tmp_path, dots, state, words):
     page = page_of([folder], tmp_path / "report.html")
     assert words in page.text
     assert "1.50 µs of 2.00 µs" in page.text
-    assert len(page.pictures()) == 2 + 8 + 1 + 6
+    assert len(page.pictures()) == 2 + 8 + 1 + 6 + 4
     assert "Conservation and time" not in page.headings
 
 
@@ -194,7 +194,7 @@ def test_particles_that_are_nowhere_are_left_out(copy, tmp_path):
         with h5py.File(path, "r+") as file:
             file["VTKHDF/PointData/z"][:5] = np.nan
             file["VTKHDF/PointData/rho"][5] = np.inf
-    assert len(page_of([copy], tmp_path / "report.html").pictures()) == 19
+    assert len(page_of([copy], tmp_path / "report.html").pictures()) == 23
 
 
 def test_a_run_without_plate_sphere_and_measurements(tmp_path):
@@ -208,7 +208,7 @@ def test_a_run_without_plate_sphere_and_measurements(tmp_path):
     assert "no measurements to compare with" in page.text
     assert not [heading for heading in page.headings if "experiment" in heading]
     # One halfway and the last large, two small; no figures of a cloud.
-    assert len(page.pictures()) == 2 + 2 + 3
+    assert len(page.pictures()) == 2 + 2 + 3 + 4
     times = [f"{t:.2f} µs after first contact" for t in (0.2, 0.3)]
     assert page.all("img", "alt")[:2] == times
     assert "measured" not in " ".join(page.words[: page.words.index("Set-up")])

@@ -15,6 +15,7 @@ from mpisph.io.run_log import RunLog
 from mpisph.parallel.redistribution import gather_all
 from mpisph.run.loop import make_step
 from mpisph.run.output import RunOutput
+from mpisph.run.probing import Probes
 from mpisph.run.progress import Progress
 from mpisph.run.state import RunState, restored
 from mpisph.solver.setup import step_rule
@@ -29,11 +30,14 @@ def begin(comm, sim, folder, state=None):
     progress = Progress(comm, sim.case.end_time, open_console(stderr=True))
     kept = state.history.size if state else 0
     history, log = History(folder, comm, kept), RunLog(folder, comm)
-    return RunOutput(sim, folder, history, progress, log, PROVENANCE, state)
+    sizes = {name: t.size for name, t in state.probes.tables.items()} if state else {}
+    probes = Probes(sim, folder, state.probes if state else None, sizes).__enter__()
+    return RunOutput(sim, folder, history, probes, progress, log, PROVENANCE, state)
 
 
 def finish(output):
     output.history.close()
+    output.probes.__exit__(None, None, None)
     output.log.close()
 
 

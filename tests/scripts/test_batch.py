@@ -244,9 +244,9 @@ def test_slurm_passes_on_what_it_was_given(tmp_path, home):
     first, *later = calls(slurm.work / "here")
     limit = int(first.split()[2].removesuffix("s"))
     assert 3600 - 60 - 10 < limit <= 3600 - 60
-    assert first.endswith("s --set time.end=1 us -o here b/two.v2.toml")
+    assert first.endswith("s --set time.end=1 us -o here -- b/two.v2.toml")
     assert [x.split()[0] for x in later] == ["resume"] * 3
-    assert later[0].endswith("s here")
+    assert later[0].endswith("s -- here")
 
 
 def test_pbs_submits_an_element_again_as_it_was(tmp_path, home):
@@ -278,7 +278,7 @@ def test_pbs_submits_an_element_again_as_it_was(tmp_path, home):
         first, *later = calls(pbs.work / "here" / name)
         limit = int(first.split()[2].removesuffix("s"))
         assert 36610 - 60 - 10 < limit <= 36610 - 60
-        options = f"--set measured.exposures=[1,2] -o here/{name} {case}"
+        options = f"--set measured.exposures=[1,2] -o here/{name} -- {case}"
         assert first.endswith(f"s {options}")
         assert [x.split()[0] for x in later] == ["resume"] * 3
     for job in jobs[2:]:

@@ -97,6 +97,12 @@ class Section(ABC):
         """Height that lies between two rows of the lattice [m]."""
         return self.ends[0]
 
+    def holds(self, r: float, z: float) -> bool:
+        """Say whether a place [m] lies within the section or on its edge."""
+        low, high = self.ends
+        inner, outer = self.radii(np.array([z]))
+        return bool(low <= z <= high and inner[0] <= r <= outer[0])
+
     @property
     def extent(self) -> float:
         """Largest of the coordinates r and abs(z) [m]."""

@@ -1,0 +1,228 @@
+"""What is followed besides the whole: each body, and gauges at chosen places.
+
+All of it has the same bits on any number of ranks: sums are of integers, maxima exact,
+and what a moving gauge reads belongs to one particle.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from mpi4py import MPI
+
+from mpisph.case.sections import Gauge
+from mpisph.core.particles import FloatArray, IntArray, Particles
+from mpisph.diagnostics.series import ROOM, Scales
+from mpisph.parallel.reproducible_sum import CHUNKS, fixed_point_chunks, from_chunks
+
+
+class Quantity(NamedTuple):
+    """What is followed of a body or at a gauge.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        SI unit.
+    label : str
+        What it is, for people.
+    """
+
+    name: str
+    unit: str
+    label: str
+
+
+BODY_QUANTITIES = (
+    Quantity("mass", "kg", "mass"),
+    Quantity("momentum_z", "kg m/s", "axial momentum"),
+    Quantity("momentum_r", "kg m/s", "radial momentum, sum of m u_r"),
+    Quantity("kinetic_energy", "J", "kinetic energy"),
+    Quantity("internal_energy", "J", "internal energy"),
+    Quantity("peak_pressure", "Pa", "largest pressure so far of a particle"),
+)
+"""Of each body; all but the last are sums over its particles."""
+
+GAUGE_QUANTITIES = (
+    Quantity("z", "m", "axial position"),
+    Quantity("r", "m", "radius"),
+    Quantity("P", "Pa", "pressure"),
+    Quantity("rho", "kg/m3", "density"),
+    Quantity("E", "J/kg", "specific internal energy"),
+    Quantity("u_z", "m/s", "axial velocity"),
+    Quantity("u_r", "m/s", "radial velocity"),
+    Quantity("S_rr", "Pa", "deviatoric stress rr"),
+    Quantity("S_zz", "Pa", "deviatoric stress zz"),
+    Quantity("S_rz", "Pa", "deviatoric stress rz"),
+)
+"""At each gauge."""
+
+_FIELDS = tuple(quantity.name for quantity in GAUGE_QUANTITIES)
+_SAMPLED = _FIELDS[2:]
+_ODD = np.array([-1.0 if name in {"u_r", "S_rz"} else 1.0 for name in _SAMPLED])
+# What changes its sign on the other side of the axis.
+
+_BODY_SUMS = len(BODY_QUANTITIES) - 1
+
+COVERED = 0.1
+"""Least sum of the kernel's weights at a place where there is matter: it is 1 within a
+body, a half at its surface."""
+
+_LARGEST = 1e21
+# Bound of a sampled value times its weight; the sums are exact to 1e-9 of an SI unit.
+
+
+class ProbeValues(NamedTuple):
+    """What the probes read at one time.
+
+    Attributes
+    ----------
+    bodies : ndarray, shape (bodies, len(BODY_QUANTITIES))
+    gauges : ndarray, shape (gauges, len(GAUGE_QUANTITIES))
+        NaN where there is no matter.
+    """
+
+    bodies: FloatArray
+    gauges: FloatArray
+
+
+def nearest_particles(
+    comm: MPI.Intracomm, p: Particles, gauges: Sequence[Gauge]
+) -> dict[str, int]:
+    """Return the id of the particle nearest to each moving gauge; collective.
+
+    Of equally near ones it is the smallest id.
+    """
+    found = {}
+    for gauge in gauges:
+        if gauge.kind == "moving":
+            distance = (p.r - gauge.r) ** 2 + (p.z - gauge.z) ** 2
+            mine = (np.inf, -1)
+            if p.n:
+                k = np.lexsort((p.id, distance))[0]
+                mine = (float(distance[k]), int(p.id[k]))
+            found[gauge.name] = min(pair for pair in comm.allgather(mine))[1]
+    return found
+
+
+def note_peaks(p: Particles, peaks: FloatArray) -> None:
+    """Raise the largest pressures of the bodies, shape (bodies,), to those of now."""
+    np.maximum.at(peaks, p.body, p.P)
+
+
+def read_probes(
+    comm: MPI.Intracomm,
+    p: Particles,
+    peaks: FloatArray,
+    gauges: Sequence[Gauge],
+    followed: dict[str, int],
+    scales: Scales,
+    kappa: float,
+) -> ProbeValues:
+    """Read all probes; collective.
+
+    Parameters
+    ----------
+    comm : MPI.Intracomm
+    p : Particles
+        Owned particles.
+    peaks : ndarray, shape (bodies,)
+        Largest pressures that this rank has seen [Pa].
+    gauges : sequence of Gauge
+    followed : dict of str to int
+        From `nearest_particles`.
+    scales : Scales
+    kappa : float
+        Cut of the kernel in smoothing lengths.
+    """
+    fixed = [gauge for gauge in gauges if gauge.kind == "fixed"]
+    moving = [gauge for gauge in gauges if gauge.kind == "moving"]
+    bounds = _body_bounds(scales)
+    at_gauges = np.full(1 + len(_SAMPLED), _LARGEST)
+    sums = np.concatenate(
+        [
+            *(_body_sums(p, k, bounds) for k in range(len(peaks))),
+            *(fixed_point_chunks(_weighted(p, g, kappa), at_gauges) for g in fixed),
+        ]
+    )
+    comm.Allreduce(MPI.IN_PLACE, sums, MPI.SUM)
+    mine = np.zeros((len(moving), len(_FIELDS)))
+    for row, gauge in zip(mine, moving, strict=True):
+        for k in np.flatnonzero(p.id == followed[gauge.name]):
+            row[:] = [getattr(p, name)[k] for name in _FIELDS]
+    one = np.concatenate([peaks, mine.ravel()])
+    all_ranks = np.empty((comm.size, one.size))
+    comm.Allgather(one, all_ranks)
+    n = len(peaks)
+    split = n * _BODY_SUMS
+    totals = from_chunks(sums[:split], np.tile(bounds, n)).reshape(n, _BODY_SUMS)
+    highest = all_ranks[:, :n].max(axis=0)
+    # One rank owns the particle, the others add zeros.
+    of_moving = all_ranks[:, n:].sum(axis=0).reshape(mine.shape)
+    of_fixed = sums[split:].reshape(len(fixed), at_gauges.size, CHUNKS)
+    read = {g.name: row for g, row in zip(moving, of_moving, strict=True)}
+    for gauge, chunks in zip(fixed, of_fixed, strict=True):
+        weight, *values = from_chunks(chunks, at_gauges)
+        if weight < COVERED:
+            values = [np.nan] * len(values)
+        mean = np.array(values) / weight if weight else np.array(values)
+        read[gauge.name] = np.array([gauge.z, gauge.r, *mean])
+    rows = [read[gauge.name] for gauge in gauges]
+    return ProbeValues(
+        np.column_stack([totals, highest]),
+        np.array(rows).reshape(len(gauges), len(_FIELDS)),
+    )
+
+
+def _body_bounds(scales: Scales) -> FloatArray:
+    """Return what no particle's term of the sums exceeds."""
+    m = scales.mass
+    momentum, energy = m * ROOM * scales.speed, m * ROOM * scales.energy
+    return np.array([m, momentum, momentum, energy, energy])
+
+
+def _body_sums(p: Particles, body: int, bounds: FloatArray) -> IntArray:
+    mine = p.body == body
+    m, u_z, u_r, E = p.m[mine], p.u_z[mine], p.u_r[mine], p.E[mine]
+    kinetic = 0.5 * m * (u_r * u_r + u_z * u_z)
+    return fixed_point_chunks(np.stack([m, m * u_z, m * u_r, kinetic, m * E]), bounds)
+
+
+def _weighted(p: Particles, gauge: Gauge, kappa: float) -> FloatArray:
+    """Return weights at a place, and weighted values, of the particles that reach it.
+
+    The weight is the particle's area in the r-z plane times a Gaussian of its smoothing
+    length; what lies on the other side of the axis counts too.
+
+    Returns
+    -------
+    ndarray, shape (1 + sampled, terms)
+    """
+    parts: list[npt.NDArray[np.float64]] = []
+    for side in (1.0, -1.0):
+        squared = (side * p.r - gauge.r) ** 2 + (p.z - gauge.z) ** 2
+        near = np.flatnonzero(squared < (kappa * p.h) ** 2)
+        h, r = p.h[near], p.r[near]
+        area = p.m[near] / (2.0 * np.pi * r * p.rho[near])
+        weight = area * np.exp(-squared[near] / h**2) / (np.pi * h**2)
+        signs = _ODD if side < 0.0 else np.ones(len(_SAMPLED))
+        values = [s * getattr(p, n)[near] for s, n in zip(signs, _SAMPLED, strict=True)]
+        parts.append(np.stack([weight, *(weight * value for value in values)]))
+    return np.ascontiguousarray(np.concatenate(parts, axis=1))
+
+
+def body_columns(names: Sequence[str]) -> list[str]:
+    """Return the names of the columns of the bodies, in the order of the values."""
+    return [column_name(q, name) for name in names for q in BODY_QUANTITIES]
+
+
+def gauge_columns(names: Sequence[str]) -> list[str]:
+    """Return the names of the columns of the gauges, in the order of the values."""
+    return [column_name(q, name) for name in names for q in GAUGE_QUANTITIES]
+
+
+def column_name(quantity: Quantity, name: str) -> str:
+    """Return the name of a column: quantity, body or gauge, and unit."""
+    unit = quantity.unit.replace("/", " per ").split()
+    return "_".join((quantity.name, name, *unit))
