@@ -249,6 +249,8 @@ class _Session:
         on_root(self.comm, lambda: remove_parts(self.folder))
         starts = before.starts + 1
         status = StatusFile(self.comm, self.folder, case.end_time, starts)
+        if not has_ended:  # an earlier failure is not to be taken for one of this start
+            status.write("running", before.step, before.time)
         return self._run_recorded(case, status, resuming=True, has_ended=has_ended)
 
     def _result_of_ended(self, before: Status) -> Result:

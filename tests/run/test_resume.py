@@ -345,6 +345,24 @@ def test_a_lost_result_without_a_checkpoint_is_an_error(ended):
     assert status(ended)["state"] == "completed"
 
 
+def test_a_failure_of_an_earlier_start_is_forgotten_at_once(stopped, monkeypatch):
+    """Else a rank that fails before the first step would keep silent about it."""
+    path = stopped / "status.json"
+    path.write_text(path.read_text().replace('"stopped"', '"failed"'))
+    seen = []
+
+    def fail(*_):
+        seen.append((status(stopped)["state"], status(stopped)["step"]))
+        raise MpisphError("on purpose")
+
+    step = status(stopped)["step"]
+    monkeypatch.setattr("mpisph.run.session.load_last_state", fail)
+    with pytest.raises(MpisphError, match="on purpose"):
+        resume(SELF, stopped)
+    assert seen == [("running", step)]
+    assert status(stopped)["reason"] == "on purpose"
+
+
 # ---- longer runs
 
 

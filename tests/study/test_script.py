@@ -83,18 +83,20 @@ def test_the_script_runs_no_part_of_a_name(study, tmp_path, system):
     folder = root / "studies" / ODD
     folder.mkdir(parents=True)
     (folder / "stop").touch()
-    names = ("-o", root.name, "--ranks-per-case", "2", "--", odd.name)
+    options = ("--jobs", "1", "--ranks-per-case", "2")
+    names = ("-o", root.name, *options, "--", odd.name)
     script = written(names, scheduler.work, system)
     shellcheck = Path(sys.executable).with_name("shellcheck")  # it may not be on PATH
     sound = [shellcheck, "--external-sources", "--exclude=SC2016,SC1003", script]
     subprocess.run(sound, check=True)
-    assert re.search(r"--array=0-1$|qsub -J 0-1 ", script.read_text(), re.M)
+    assert re.search(r"--array=0-0$|qsub -J 0-0 ", script.read_text(), re.M)
     if system == "slurm":
         jobs = scheduler.submit(script)
         scheduler.run(*jobs)
     else:
-        scheduler.submit("-J", "0-1", script)
+        scheduler.submit("-J", "0-0", script)
         jobs = scheduler.run()
+    assert len(jobs) == 1
     for job in jobs:
         assert job.code == 75, job.text()
         assert "not started again because of the file 'stop'" in job.text()
