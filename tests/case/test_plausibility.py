@@ -56,7 +56,6 @@ def test_shots_have_none(name):
         (["bodies.sphere.velocity=6.68 km/h"], "bodies.*.velocity", "1.856 m/s"),
         (["bodies.sphere.velocity=66.8 km/s"], "bodies.*.velocity", "6.68e+04 m/s"),
         (["bodies.plate.thickness=0.5 mm"], "bodies.plate", "resolution.npr = 29"),
-        (["bodies.plate.thickness=0.9 mm"], "bodies.plate", "along z it has 2"),
         (["bodies.sphere.velocity=2 km/s"], "scheme.p_min", 'mode = "off"'),
         (["resolution.npr=3"], "resolution.npr", "resolve no shock"),
         (["resolution.nph=0.7"], "resolution.nph", "take 0.8 or more"),
