@@ -86,8 +86,8 @@ def test_a_film_takes_some_seconds_by_default(frames, rate):
 
 def test_one_snapshot_makes_no_film(folder, tmp_path):
     copy = shutil.copytree(folder, tmp_path / "copy")
-    series = copy / "snapshots.vtkhdf.series"
-    series.unlink()
+    (copy / "snapshots.vtkhdf.series").unlink()
+    shutil.rmtree(copy / "snapshots")
     with pytest.raises(MpisphError, match=r"0 snapshots.*output\.every=0\.1us"):
         animate(copy, tmp_path / "film.mp4")
     assert not (tmp_path / "film.mp4").exists()
@@ -151,5 +151,5 @@ def test_the_command_writes_into_the_runs_folder(folder, tmp_path):
     assert done.stdout == f"{copy / 'film.mp4'}\n"
     assert read(copy / "film.mp4")[0]["fps"] == 10.0
     done = call("animate", tmp_path)
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert "is it a run's folder?" in done.stderr

@@ -279,7 +279,7 @@ def test_the_command_writes_into_the_run_or_the_current_folder(
     assert done.returncode == 0, done.stderr
     assert (here / "report.html").exists()
     done = call("report", tmp_path)
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert f"{tmp_path}: no status.json" in done.stderr
 
 

@@ -381,7 +381,7 @@ class Terminal:
         self.keys, theirs = pty.openpty()
         self.process = subprocess.Popen(
             command,
-            env=environment(),
+            env=environment(TERM="xterm"),
             stdin=theirs,
             stdout=theirs,
             stderr=theirs,
