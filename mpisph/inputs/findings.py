@@ -164,6 +164,8 @@ def model_problems(error: ValidationError, origins: Origins) -> list[Problem]:
         expected = {
             "missing": "required",
             "extra_forbidden": "unknown key",
+            "string_pattern_mismatch": "expected letters, digits, - and _, beginning "
+            "with a letter",
         }.get(detail["type"], detail["msg"].removeprefix("Value error, "))
         name = ".".join(map(str, key))
         problems.append(Problem(expected, file=file, line=line, key=name))

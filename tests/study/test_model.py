@@ -111,6 +111,7 @@ def test_the_key_is_of_what_a_case_computes(tmp_path):
         ('name = "nph"', 'name = "variant"', None, "may not be called variant"),
         ("values = [1.5, 2.0]", "values = []", 12, "at least 1 item"),
         ("factor = 2.0", "factors = 2.0", 22, "unknown key"),
+        ('name = "nph"', 'name = "resolution.nph"', 10, "letters, digits, - and _"),
         ("title =", "title", 2, "not valid TOML"),
         ("values = [1.5, 2.0]", f"values = [1{'0' * 40}]", 12, "64 bits"),
     ],
