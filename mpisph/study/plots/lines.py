@@ -335,7 +335,7 @@ def _handles(data: LinesFigure, strip: bool) -> list[Line2D]:
             color=colour,
             marker=marker,
             linestyle="-" if data.x.numeric else "none",
-            label=name,
+            label=name or "computed",
             **_THICK,
         )
         for name, (colour, marker) in zip(data.lines.names, _looks(data), strict=True)
@@ -345,4 +345,5 @@ def _handles(data: LinesFigure, strip: bool) -> list[Line2D]:
     if strip:
         cross: dict[str, Any] = {"color": "0.2", "linestyle": "none", "markersize": 4.5}
         handles.append(Line2D([], [], marker="x", label="unstable run", **cross))
-    return handles
+    # One line that has no name and stands alone explains itself.
+    return handles if len(handles) > 1 or data.lines.names[0] else []

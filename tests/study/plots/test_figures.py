@@ -78,6 +78,19 @@ def draw(function, data, tmp_path, drawn):
     return figure
 
 
+def test_a_single_line_without_a_name_has_no_legend(tmp_path, drawn):
+    panel = LinesPanel("one", np.ones((1, 1, 4)), np.zeros((1, 4), bool))
+    alone = lines_data(
+        lines=Axis("", "", ("",), ("",)),
+        rows=[LinesRow("hole", True, NAN)],
+        bands=[Band("", [panel])],
+    )
+    assert not draw(draw_lines, alone, tmp_path, drawn).legends
+    drawn.clear()
+    draw(draw_lines, alone._replace(rows=[LinesRow("R", True, 3.0)]), tmp_path, drawn)
+    assert legend_texts(drawn[-1]) == ["computed", "measured"]
+
+
 def grid_of(figure, rows, columns):
     return np.array(figure.axes[: rows * columns]).reshape(rows, columns)
 
