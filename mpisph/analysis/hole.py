@@ -79,7 +79,8 @@ def measure_hole(arrays: Mapping[str, npt.NDArray[Any]], case: Case) -> Hole:
     Returns
     -------
     Hole
-        NaN where the case has no plate, or one that moves from the start.
+        NaN where the case has no plate, or one that moves from the start, and where
+        nothing is left of the plate.
     """
     plate = target_plate(case)
     if plate is None or plate.velocity != 0.0:
@@ -95,6 +96,9 @@ def measure_hole(arrays: Mapping[str, npt.NDArray[Any]], case: Case) -> Hole:
         2.0 * _edge(ring, density * x / plate.thickness, plate.radius)
         for x in (height, ring.side)
     )
+    # A plate that has left its place, or has been shattered, has no edge.
+    largest = 2.0 * plate.radius - case.spacing
+    within, all_left = (x if x < largest else math.nan for x in (within, all_left))
     return Hole(within, all_left, case.spacing)
 
 

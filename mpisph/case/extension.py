@@ -61,7 +61,10 @@ def extended_case(old: Case, new: Case) -> Case:
     if not is_extension(old, case):
         pairs = zip(case.output_times, old.output_times, strict=False)
         early = next(now for now, before in pairs if now != before)
-        text = f"no snapshot can be added at {early:.12g} s, before the end of the run"
+        text = (
+            f"no snapshot can be added at {early:.12g} s, before the end of the run; "
+            "later times can be added as output.times"
+        )
         raise CaseError([Problem(text, key="output")])
     return case
 

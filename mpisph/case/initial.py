@@ -8,6 +8,7 @@ digest of them all is part of what makes two cases differ.
 from __future__ import annotations
 
 import hashlib
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -73,7 +74,7 @@ def read_initial(case: Case) -> InitialParticles:
     """
     assert case.initial is not None, "the case starts from particles of its own"
     file = case.initial.file
-    particles = complete_particles(case, _read_fields(Path(file)), file)
+    particles = complete_particles(case, _read_fields(case, Path(file)), file)
     if case.initial.digest not in {None, digest_of(particles)}:
         text = "holds other particles than those of this case (initial.digest)"
         raise CaseError([Problem(text, file=file)])
@@ -224,13 +225,13 @@ def _value_findings(case: Case, fields: Fields) -> Iterator[Finding]:
                 break
 
 
-def _read_fields(path: Path) -> dict[str, npt.NDArray[Any]]:
+def _read_fields(case: Case, path: Path) -> dict[str, npt.NDArray[Any]]:
     """Return the fields in a file, or in a snapshot.
 
     Raises
     ------
     CaseError
-        If it cannot be read.
+        If it cannot be read, or if the snapshot is of other bodies.
     """
     import h5py
 
@@ -246,10 +247,34 @@ def _read_fields(path: Path) -> dict[str, npt.NDArray[Any]]:
                 for name, data in group.items()
                 if isinstance(data, h5py.Dataset)
             }
+            text = bytes(file["mpisph/case"][()]).decode() if snapshot else ""
     except (OSError, RuntimeError, KeyError) as error:
         text = f"cannot be read as HDF5: {error}"
         raise CaseError([Problem(text, file=str(path))]) from None
     if snapshot:
         velocity = found.pop("u")
         found["u_z"], found["u_r"] = velocity[:, 0], velocity[:, 1]
+        _refuse_other_bodies(case, text, path)
     return found
+
+
+def _refuse_other_bodies(case: Case, text: str, path: Path) -> None:
+    """Raise where a snapshot is of other bodies, which have the same numbers.
+
+    Parameters
+    ----------
+    case : Case
+    text : str
+        The case in the snapshot.
+    path : Path
+        The snapshot.
+    """
+    theirs = [(b["name"], b["material"]) for b in tomllib.loads(text)["bodies"]]
+    ours = [(body.name, body.material) for body in case.bodies]
+    if theirs != ours:
+        first, second = (", ".join(f"{n} of {m}" for n, m in x) for x in (theirs, ours))
+        expected = (
+            f"the snapshot is of the bodies {first}; the case has {second}. Particles "
+            "of other bodies can be given as a file with a dataset for each field"
+        )
+        raise CaseError([Problem(expected, file=str(path), key="initial.file")])

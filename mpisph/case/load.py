@@ -67,6 +67,20 @@ class CaseSource:
         text, self._data = read_toml(path)
         self._lines = line_numbers(text)
 
+    def clash(self, overrides: Sequence[str]) -> tuple[str, str] | None:
+        """Return the first two changes of one key, if there are any.
+
+        They may spell it in two ways: a body has a name and a number.
+        """
+        data = copy.deepcopy(self._data)
+        seen: dict[Key, str] = {}
+        for override in overrides:
+            key, problem = apply_override(data, override)
+            if problem is None and key in seen:
+                return seen[key], override
+            seen[key] = override
+        return None
+
     def case(self, overrides: Sequence[str] = ()) -> Case:
         """Return the case with some keys changed; see `load_case`.
 

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -14,6 +15,19 @@ STOPPED = 75
 
 _DURATION = re.compile(r"(?:(\d+)d)?(?:(\d+)h)?(?:(\d+)m(?:in)?)?(?:(\d+)s)?")
 _CLOCK = re.compile(r"(?:(\d+)-)?(\d+):(\d\d):(\d\d)")
+
+
+class OutputPath(click.Path):
+    """Where a command writes: a name that is not empty and fits on a line."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Any:
+        """Return the path."""
+        if not str(value) or not str(value).isprintable():
+            self.fail("expected a name without control characters", param, ctx)
+        return super().convert(value, param, ctx)
+
 
 set_option = click.option(
     "--set",

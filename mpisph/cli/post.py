@@ -9,9 +9,8 @@ from pathlib import Path
 import click
 from mpi4py import MPI
 
-from mpisph.cli.options import runs_argument
+from mpisph.cli.options import OutputPath, runs_argument
 from mpisph.core.console import open_console
-from mpisph.core.errors import InputError
 from mpisph.inputs.folder_name import folder_name
 from mpisph.parallel.collectives import from_root, on_root
 
@@ -21,11 +20,12 @@ from mpisph.parallel.collectives import from_root, on_root
 def figures_command(folder: Path) -> None:
     """Draw the figures of the run folder RUN again."""
     from mpisph.figures.cloud import draw_run
+    from mpisph.io.run_folder import no_run
 
     comm = MPI.COMM_WORLD
     paths = from_root(comm, lambda: draw_run(folder))
     if not paths:
-        raise InputError(f"{folder}: no snapshots to draw; is it a run's folder?")
+        raise no_run(folder, "snapshots to draw")
     for path in paths:
         click.echo(path)
 
@@ -41,7 +41,7 @@ def figures_command(folder: Path) -> None:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=OutputPath(path_type=Path, dir_okay=False),
     help="The page.  [default: report.html in the folder RUN, or in the study's folder "
     "studies/<name> below --runs; in the current folder where there are several]",
 )
@@ -81,7 +81,7 @@ def report_command(paths: tuple[Path, ...], output: Path | None, root: Path) -> 
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=OutputPath(path_type=Path, dir_okay=False),
     help="The film.  [default: film.mp4 in the folder RUN]",
 )
 @click.option(
@@ -111,7 +111,7 @@ def animate_command(folder: Path, output: Path | None, fps: float | None) -> Non
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=OutputPath(path_type=Path, dir_okay=False),
     help="The figure.  [default: clock.png, in the folder of a single run, else in the "
     "current one]",
 )

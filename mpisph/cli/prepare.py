@@ -186,6 +186,8 @@ def init_command(
         npr,
         end,
     )
+    if not file.parent.is_dir():
+        raise click.UsageError(f"there is no folder {file.parent}")
     comm = MPI.COMM_WORLD
     run = from_root(comm, lambda: _write_case(file, draft_case(draft), comm.size))
     click.echo(f"{run.text()}\nwritten to {file}; `mpisph run {file}` runs it")

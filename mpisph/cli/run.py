@@ -14,6 +14,7 @@ from mpisph.cli.options import (
     BAD_INPUT,
     STOPPED,
     UNSTABLE,
+    OutputPath,
     runs_argument,
     set_option,
     walltime_option,
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=OutputPath(path_type=Path, file_okay=False),
     help="Folder of the run, or of the runs' folders where there are several CASEs.  "
     "[default: runs/<name of the case file>]",
 )

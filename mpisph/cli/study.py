@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 from mpi4py import MPI
 
-from mpisph.cli.options import STOPPED, shipped, walltime_option
+from mpisph.cli.options import STOPPED, OutputPath, shipped, walltime_option
 from mpisph.core.console import open_console
 from mpisph.core.errors import MpisphError
 from mpisph.core.held_signals import release_signals
@@ -27,7 +27,7 @@ root_option = click.option(
     "-o",
     "--output",
     "root",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=OutputPath(path_type=Path, file_okay=False),
     default="runs",
     show_default=True,
     help="Folder of the runs and tables of all studies.",

@@ -1,5 +1,6 @@
 """What all figures share: size, letters, lines and colours, and how they are saved."""
 
+import warnings
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -79,12 +80,15 @@ def save(figure: Figure, out: Out) -> None:
     OSError
         If the file cannot be written.
     """
-    if isinstance(out, Path):
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with naming(out):
-            figure.savefig(out)
-    else:
-        figure.savefig(out, format=PAGE_FORMAT, pil_kwargs=_LOSSLESS)
+    with warnings.catch_warnings():
+        # Of letters in a title that the font lacks; they are drawn as boxes.
+        warnings.filterwarnings("ignore", "Glyph", UserWarning)
+        if isinstance(out, Path):
+            out.parent.mkdir(parents=True, exist_ok=True)
+            with naming(out):
+                figure.savefig(out)
+        else:
+            figure.savefig(out, format=PAGE_FORMAT, pil_kwargs=_LOSSLESS)
 
 
 def label_log_axis(axis: Axis) -> None:

@@ -38,6 +38,22 @@ SHOWN_DIFFERENCES = 5
 """How many differences between two cases are named."""
 
 
+def no_run(folder: Path, missing: str) -> InputError:
+    """Return the error for a folder that is asked for its run and has none.
+
+    Parameters
+    ----------
+    folder : Path
+    missing : str
+        What is not in it.
+    """
+    if not folder.exists():
+        return InputError(f"{folder}: no such folder")
+    if (folder / "keys.json").exists():
+        return InputError(f"{folder}: is the folder of a study; name the study's file")
+    return InputError(f"{folder}: no {missing}; is it a run's folder?")
+
+
 def case_in(folder: Path) -> Case:
     """Return the case of the run in a folder.
 
@@ -47,7 +63,7 @@ def case_in(folder: Path) -> Case:
         If there is none.
     """
     if not (folder / CASE_FILE).exists():
-        raise InputError(f"{folder}: no {CASE_FILE}; is it a run's folder?")
+        raise no_run(folder, CASE_FILE)
     return load_case(folder / CASE_FILE)
 
 

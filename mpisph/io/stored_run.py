@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpisph.case import Case
-from mpisph.core.errors import InputError, MpisphError
+from mpisph.core.errors import MpisphError
 from mpisph.diagnostics.cloud import cloud_definition, measure_arrays
 from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.io.probe_files import probe_headers, read_probes_file
@@ -19,7 +19,7 @@ from mpisph.io.result import (
     make_comparisons,
     read_result,
 )
-from mpisph.io.run_folder import CASE_FILE, case_in
+from mpisph.io.run_folder import CASE_FILE, case_in, no_run
 from mpisph.io.run_log import LOG_FILE
 from mpisph.io.snapshot import read_series, read_snapshot
 from mpisph.io.standing import standing
@@ -100,7 +100,7 @@ def read_run(folder: Path, name: str = "") -> StoredRun:
     """
     state, _, status = standing(folder)
     if status is None:
-        raise InputError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
+        raise no_run(folder, STATUS_FILE)
     case = case_in(folder)
     # While a run is extended, its folder holds the result of the shorter one.
     result = _result(folder) if state in FINAL else None

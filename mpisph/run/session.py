@@ -25,7 +25,7 @@ from mpisph.case.initial import complete_particles, read_initial, with_particles
 from mpisph.case.model import INITIAL_FILE
 from mpisph.case.plausibility import find_warnings
 from mpisph.core.console import open_console
-from mpisph.core.errors import CollectiveError, InputError, MpisphError, UnstableError
+from mpisph.core.errors import CollectiveError, MpisphError, UnstableError
 from mpisph.core.jit import CACHE_FOLDER, is_compiled
 from mpisph.core.words import counted
 from mpisph.io.checkpoint import find_checkpoints, keep_last_checkpoint
@@ -39,6 +39,7 @@ from mpisph.io.run_folder import (
     CASE_FILE,
     known_case,
     known_status,
+    no_run,
     remove_parts,
     remove_run,
     restore_status,
@@ -113,10 +114,10 @@ def run(
         or the log: started with ``python -m mpi4py``, a program then ends on all ranks.
     """
     folder = Path(folder)
-    on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
     session = _Session(comm, folder, console, signals)
     if comm.bcast(particles is not None):
         case = from_root(comm, lambda: session.take(case, particles or {}))
+    on_root(comm, lambda: folder.mkdir(parents=True, exist_ok=True))
     with FolderLock(comm, folder, session.say):
         if force:
             return session.start_run(case)
@@ -160,7 +161,7 @@ def resume(
     folder = Path(folder)
     session = _Session(comm, folder, console, signals)
     if from_root(comm, lambda: known_status(folder)) is None:
-        raise InputError(f"{folder}: no {STATUS_FILE}; is it a run's folder?")
+        raise no_run(folder, STATUS_FILE)
     with FolderLock(comm, folder, session.say):
         before = from_root(comm, lambda: known_status(folder))
         assert before is not None, "no other process removes it"

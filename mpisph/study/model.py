@@ -427,6 +427,7 @@ def load_study(path: Path) -> Study:
         try:
             if base not in sources:
                 sources[base] = CaseSource(base)
+                _refuse_clash(path, sources[base].clash(overrides))
             case = sources[base].case(overrides)
         except CaseError as error:
             found = [_placed(problem, designs, row) for problem in error.problems]
@@ -441,6 +442,14 @@ def load_study(path: Path) -> Study:
     if mistakes:
         raise CaseError(mistakes)
     return study
+
+
+def _refuse_clash(path: Path, clash: tuple[str, str] | None) -> None:
+    """Raise where two settings of a study change one key: only one would count."""
+    if clash is not None:
+        first, second = (text.partition("=")[0] for text in clash)
+        text = f"{first} and {second} are the same key of the case"
+        raise CaseError([Problem(text, file=str(path))])
 
 
 def read_plans(path: Path) -> tuple[StudyFile, Designs | None, list[Plan]]:

@@ -145,3 +145,11 @@ def test_nysmiths_fit_by_hand():
     t = 2 ** (-20 / 9) * 6e-3
     assert nysmith_diameter(6e-3, t, 4e3) == pytest.approx(6e-3 * (0.88 + 1.0))
     assert nysmith_diameter(6e-3, 6e-3, 4e3) == pytest.approx(6e-3 * 2.76)
+
+
+def test_a_plate_of_which_nothing_is_left_has_no_hole(case):
+    arrays = initial(case)
+    arrays["z"] += 1.0
+    hole = measure_hole(arrays, case)
+    assert np.isnan(hole.diameter)
+    assert hole.opening == pytest.approx(0.0, abs=0.1 * case.spacing)

@@ -153,3 +153,12 @@ def test_what_is_no_file_of_particles_is_named(data, tmp_path):
     (tmp_path / "state.h5").mkdir()
     with pytest.raises(CaseError, match=r"state\.h5: initial\.file: is no file"):
         load_case(path)
+
+
+def test_a_snapshot_of_other_bodies_is_refused(finished):
+    path = sorted((finished / "snapshots").iterdir())[0]
+    here = f"initial.file={path}"
+    own = load_case(finished / "case.toml", [here])
+    assert read_initial(own).id.size == initial_count(own)
+    with pytest.raises(CaseError, match="the snapshot is of the bodies sphere of"):
+        load_case(finished / "case.toml", [here, "bodies.sphere.material=cu-ofhc"])

@@ -20,6 +20,9 @@ SHOT = CASES / "piekutowski-4-1353.toml"
         (("run", "no-such-case.toml"), "no-such-case.toml: no such file"),
         (("run",), "Missing argument 'CASE...'"),
         (("run", SHOT, "--rank", "3"), "No such option '--rank'"),
+        (("run", SHOT, "-o", ""), "expected a name without control characters"),
+        (("run", SHOT, "-o", "a\nb"), "expected a name without control characters"),
+        (("report", "no-such-run"), "no-such-run: no such folder"),
         (("run", SHOT, "--set", "time.cfl=-1"), "--set time.cfl=-1"),
         (("run", SHOT, "--set", "time.cfl"), "--set time.cfl"),
         (

@@ -160,3 +160,9 @@ def test_on_a_terminal_init_asks_for_what_is_missing(tmp_path, monkeypatch):
     assert result.output.count("diameter of the sphere") == 2
     assert "thickness" not in result.output
     assert load_case(path).bodies[0].radius == 1.6e-3
+
+
+def test_a_missing_folder_is_named(tmp_path):
+    done = invoke("init", tmp_path / "nowhere" / "case.toml", *SIZES)
+    assert done.exit_code == 2
+    assert f"there is no folder {tmp_path / 'nowhere'}" in done.output

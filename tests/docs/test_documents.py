@@ -31,7 +31,7 @@ FOREIGN = {
     "--allow-run-as-root", "--oversubscribe",  # mpirun
     "--array", "--kill-on-bad-exit",  # sbatch, srun
     "--no-build-isolation", "--no-cache-dir",  # pip
-    "--with-mpi", "--killed-runs", "--hypothesis-profile",  # pytest
+    "--with-mpi", "--killed-runs", "--damaged-files", "--hypothesis-profile",  # pytest
 }  # fmt: skip
 """Options of other programs, and of the plugins of pytest."""
 

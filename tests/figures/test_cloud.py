@@ -284,3 +284,7 @@ def test_a_case_without_a_plate_or_a_cloud(tmp_path, drawn):
 def test_a_title_is_drawn_as_it_stands(tmp_path, case, drawn, title):
     axes = draw(tmp_path, case.model_copy(update={"title": title}), drawn)
     assert axes.get_title(loc="left").splitlines()[0] == title
+
+
+def test_letters_that_the_font_lacks_are_no_warning(tmp_path, case, drawn):
+    draw(tmp_path, case.model_copy(update={"title": "\u597d"}), drawn)

@@ -144,4 +144,4 @@ def test_arrays_that_are_not_sound_are_refused_before_anything_is_written(tmp_pa
     own = warm(case)
     with pytest.raises(CaseError, match="particles: r: expected more than 0"):
         mpisph.run(case, SELF, tmp_path / "x", particles={**own, "r": -own["r"]})
-    assert list((tmp_path / "x").iterdir()) == []
+    assert not (tmp_path / "x").exists()

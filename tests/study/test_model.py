@@ -178,3 +178,10 @@ def test_the_shipped_studies_are_the_papers():
     assert len(paper.ranges) == 42
     assert sum(r.low is None for r in paper.ranges) == 4
     assert paper.ranges == by_name["table5-no-self-term"].file.paper.ranges
+
+
+def test_two_spellings_of_one_key_are_refused(tmp_path):
+    text = GRID.replace('"resolution.nph"', '"bodies.1.thickness"')
+    text = text.replace("[set]", '[set]\n"bodies.plate.thickness" = "1 mm"')
+    with pytest.raises(CaseError, match="are the same key of the case"):
+        study_of(tmp_path, text)
