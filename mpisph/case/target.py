@@ -13,6 +13,7 @@ __all__ = [
     "default_plate",
     "direction_of_impact",
     "front_face",
+    "rear_position",
 ]
 
 _TOUCHING = 1e-9
@@ -56,6 +57,11 @@ def direction_of_impact(bodies: Sequence[Body], plate: Plate | None) -> float:
 def front_face(body: Body, direction: float) -> float:
     """Return how far along the direction of the impact a body begins [m]."""
     return min(direction * end for end in body.section.ends)
+
+
+def rear_position(plate: Plate, direction: float) -> float:
+    """Return the axial position of a plate's face away from what hits it [m]."""
+    return plate.rear_face if direction > 0.0 else plate.position
 
 
 def bodies_behind(bodies: Sequence[Body], plate: Plate) -> list[int]:

@@ -17,6 +17,7 @@ from mpisph.case.target import (
     default_plate,
     direction_of_impact,
     front_face,
+    rear_position,
 )
 from mpisph.core.particles import FloatArray, IntArray, Particles
 from mpisph.parallel.redistribution import gather_all
@@ -153,7 +154,7 @@ def rear_face(case: Case) -> float:
     plate, direction = target_plate(case), impact_direction(case)
     if plate is None:
         return direction * math.inf
-    return plate.rear_face if direction > 0.0 else plate.position
+    return rear_position(plate, direction)
 
 
 def next_body(case: Case) -> Body | None:

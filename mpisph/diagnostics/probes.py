@@ -13,26 +13,8 @@ from mpi4py import MPI
 
 from mpisph.case.sections import Gauge
 from mpisph.core.particles import FloatArray, IntArray, Particles
-from mpisph.diagnostics.series import ROOM, Scales
+from mpisph.diagnostics.series import ROOM, Quantity, Scales, column_name
 from mpisph.parallel.reproducible_sum import CHUNKS, fixed_point_chunks, from_chunks
-
-
-class Quantity(NamedTuple):
-    """What is followed of a body or at a gauge.
-
-    Attributes
-    ----------
-    name : str
-    unit : str
-        SI unit.
-    label : str
-        What it is, for people.
-    """
-
-    name: str
-    unit: str
-    label: str
-
 
 BODY_QUANTITIES = (
     Quantity("mass", "kg", "mass"),
@@ -220,9 +202,3 @@ def body_columns(names: Sequence[str]) -> list[str]:
 def gauge_columns(names: Sequence[str]) -> list[str]:
     """Return the names of the columns of the gauges, in the order of the values."""
     return [column_name(q, name) for name in names for q in GAUGE_QUANTITIES]
-
-
-def column_name(quantity: Quantity, name: str) -> str:
-    """Return the name of a column: quantity, body or gauge, and unit."""
-    unit = quantity.unit.replace("/", " per ").split()
-    return "_".join((quantity.name, name, *unit))

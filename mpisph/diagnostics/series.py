@@ -26,6 +26,29 @@ ROOM = 1e6
 large: see `reproducible_sum.fixed_point_chunks`."""
 
 
+class Quantity(NamedTuple):
+    """What a column of a table holds.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        SI unit; empty for a pure number.
+    label : str
+        What it is, for people.
+    """
+
+    name: str
+    unit: str
+    label: str
+
+
+def column_name(quantity: Quantity, of: str = "") -> str:
+    """Return the name of a column: quantity, what it is of if anything, and unit."""
+    unit = quantity.unit.replace("/", " per ").split()
+    return "_".join((quantity.name, *[of] * bool(of), *unit))
+
+
 class Scales(NamedTuple):
     """Magnitudes of a run, taken at its start.
 

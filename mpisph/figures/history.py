@@ -17,10 +17,8 @@ from mpisph.diagnostics.cloud import cloud_definition
 from mpisph.diagnostics.probes import (
     BODY_QUANTITIES,
     GAUGE_QUANTITIES,
-    Quantity,
-    column_name,
 )
-from mpisph.diagnostics.series import SERIES, Series
+from mpisph.diagnostics.series import SERIES, Quantity, Series, column_name
 from mpisph.figures.style import (
     BODY_COLOURS,
     COMPUTED,

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from mpisph.case import Case, Plate
 from mpisph.case.contact import time_origin
 from mpisph.case.sections import Exposure
+from mpisph.case.target import rear_position
 from mpisph.case.times import same_time
 from mpisph.core.particles import FloatArray
 from mpisph.diagnostics.cloud import (
@@ -218,7 +219,7 @@ def draw_rear_faces(axes: Axes, case: Case) -> None:
     """
     target, direction = target_plate(case), impact_direction(case)
     faces = [
-        body.rear_face if direction > 0.0 else body.position
+        rear_position(body, direction)
         for body in case.bodies
         if isinstance(body, Plate) and target and body.velocity == target.velocity
     ]

@@ -6,14 +6,14 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 from pydantic import BaseModel, ConfigDict
 
-from mpisph.diagnostics.series import SERIES
+from mpisph.diagnostics.series import SERIES, Quantity, column_name
 from mpisph.io.files import LineFile, check_regular, read_text, set_aside, write_text
 
 HISTORY_FILE = "history.csv"
@@ -23,36 +23,17 @@ Row = Mapping[str, float]
 """One line by the names of `COLUMNS`; all of `SERIES` over all ranks, in SI units."""
 
 
-class Column(NamedTuple):
-    """A column of the history.
-
-    Attributes
-    ----------
-    name : str
-    unit : str
-        SI unit; empty for a pure number.
-    meaning : str
-        What it is, for people.
-    """
-
-    name: str
-    unit: str
-    meaning: str
-
-
 COLUMNS = (
-    Column("step", "", "steps made"),
-    Column("time", "s", "time"),
-    Column("dt", "s", "length of the step"),
-    *(Column(series.name, series.unit, series.label) for series in SERIES),
-    Column("energy_error", "", "change of the total energy over the initial one"),
-    Column("imbalance", "", "largest load of a rank over the mean, less 1"),
-    Column("wall", "s", "wall time since the start of the run"),
+    Quantity("step", "", "steps made"),
+    Quantity("time", "s", "time"),
+    Quantity("dt", "s", "length of the step"),
+    *(Quantity(series.name, series.unit, series.label) for series in SERIES),
+    Quantity("energy_error", "", "change of the total energy over the initial one"),
+    Quantity("imbalance", "", "largest load of a rank over the mean, less 1"),
+    Quantity("wall", "s", "wall time since the start of the run"),
 )
 
-HEADER = tuple(
-    "_".join((c.name, *c.unit.replace("/", " per ").split())) for c in COLUMNS
-)
+HEADER = tuple(column_name(column) for column in COLUMNS)
 """Names of the columns in the file."""
 
 _NAMES = tuple(column.name for column in COLUMNS)
@@ -241,10 +222,15 @@ def read_history(path: Path) -> npt.NDArray[Any]:
     return np.array([tuple(row) for row in _read_rows(path)], dtype=kinds)
 
 
+def complete_lines(path: Path) -> list[list[str]]:
+    """Return the lines of a table, split into cells, but for one that was cut short."""
+    complete, _, _ = read_text(path).rpartition("\n")
+    return list(csv.reader(complete.splitlines()))
+
+
 def _read_rows(path: Path) -> list[list[str]]:
     """Return the complete lines below the header, split into cells."""
-    complete, _, _ = read_text(path).rpartition("\n")
-    rows = list(csv.reader(complete.splitlines()))
+    rows = complete_lines(path)
     if not rows or tuple(rows[0]) != HEADER:
         msg = f"{path}: not a history; its header should be {','.join(HEADER)}"
         raise ValueError(msg)

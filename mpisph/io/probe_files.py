@@ -1,6 +1,5 @@
 """Tables of what is followed besides the whole: ``bodies.csv`` and ``gauges.csv``."""
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,8 +10,7 @@ from pydantic import BaseModel, ConfigDict
 
 from mpisph.case import Case
 from mpisph.diagnostics.probes import body_columns, gauge_columns
-from mpisph.io.files import read_text
-from mpisph.io.history import Beginning
+from mpisph.io.history import Beginning, complete_lines
 
 BODIES_FILE = "bodies.csv"
 GAUGES_FILE = "gauges.csv"
@@ -70,10 +68,9 @@ def read_probes_file(path: Path, header: Sequence[str]) -> npt.NDArray[Any]:
     """
     kinds = [(name, "i8" if name == "step" else "f8") for name in header]
     try:
-        complete, _, _ = read_text(path).rpartition("\n")
+        rows = complete_lines(path)
     except FileNotFoundError:
         return np.array([], dtype=kinds)
-    rows = list(csv.reader(complete.splitlines()))
     if not rows or rows[0] != list(header):
         raise ValueError(f"{path}: its columns are not those of the case")
     return np.array([tuple(row) for row in rows[1:]], dtype=kinds)

@@ -34,6 +34,9 @@ from mpisph.io.status import FINAL, STATUS_FILE, Status, read_status
 
 CASE_FILE = "case.toml"
 
+KEYS_FILE = "keys.json"
+"""In the folder of a study, which may be taken for that of a run."""
+
 SHOWN_DIFFERENCES = 5
 """How many differences between two cases are named."""
 
@@ -49,7 +52,7 @@ def no_run(folder: Path, missing: str) -> InputError:
     """
     if not folder.exists():
         return InputError(f"{folder}: no such folder")
-    if (folder / "keys.json").exists():
+    if (folder / KEYS_FILE).exists():
         return InputError(f"{folder}: is the folder of a study; name the study's file")
     return InputError(f"{folder}: no {missing}; is it a run's folder?")
 

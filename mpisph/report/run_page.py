@@ -218,9 +218,12 @@ def _names(folders: Sequence[Path]) -> list[str]:
 def _run_view(run: StoredRun, place: str) -> RunView:
     """Return what the page shows of a run."""
     shown = _large(run)
-    paths = [path for path, _ in run.snapshots]
+    large = {item.path for item in shown}
+    small = _small(run, large)
+    # Of what is pictured alone: a run may have very many snapshots.
+    paths = [*large, *(path for path, _ in small)]
     view = common_view(paths, run.case) if paths else None
-    panels, panels_text = _panels(run, {item.path for item in shown}, view)
+    panels = [] if view is None else _panels(run.case, small, view)
     ended = run.result is not None
     exposed = any(item.exposure is not None for item in shown)
     return RunView(
@@ -237,7 +240,7 @@ def _run_view(run: StoredRun, place: str) -> RunView:
         pictures_title=_EXPOSED if exposed else "Particles",
         pictures=_pictures(run.case, shown, view),
         panels=panels,
-        panels_text=panels_text,
+        panels_text=_panels_text(len(small), len(run.snapshots) - len(large)),
         colours=[
             Colour(body.name, body_colour(index))
             for index, body in enumerate(run.case.bodies)
@@ -270,7 +273,8 @@ def _large(run: StoredRun) -> list[_Shown]:
                     if same_time(time, exposure.time + shift)
                 ]
     if not shown:
-        whole = [s for s in run.snapshots if s[1] < _arrival(run)]
+        arrival = _arrival(run)
+        whole = [s for s in run.snapshots if s[1] < arrival]
         first = run.snapshots[len(run.snapshots) // 2 : -1][:1]
         if len(whole) < len(run.snapshots):
             first = whole[-1:]
@@ -305,26 +309,31 @@ def _pictures(case: Case, shown: list[_Shown], view: View | None) -> list[list[F
     return rows
 
 
-def _panels(
-    run: StoredRun, large: set[Path], view: View | None
-) -> tuple[list[Figure], str]:
-    """Return small pictures of the other snapshots, and how to read them."""
+def _small(run: StoredRun, large: set[Path]) -> list[tuple[Path, float]]:
+    """Return the snapshots that are shown small, at even distances."""
     others = [(path, time) for path, time in run.snapshots if path not in large]
-    every = math.ceil(len(others) / MOST_PANELS)
-    chosen = others[:: max(every, 1)]
-    if not chosen or view is None:
-        return [], ""
-    frame = Frame(run.case, view, PANEL)
+    return others[:: max(math.ceil(len(others) / MOST_PANELS), 1)]
+
+
+def _panels(case: Case, chosen: list[tuple[Path, float]], view: View) -> list[Figure]:
+    """Return small pictures of snapshots, all in one view."""
+    frame = Frame(case, view, PANEL)
     figures = []
     for path, time in chosen:
         frame.show(read_snapshot(path))
         figures.append(Figure(us(time), embed(frame.save)))
-    left_out = f"; {len(chosen)} of {len(others)} are shown" if every > 1 else ""
-    text = (
+    return figures
+
+
+def _panels_text(shown: int, of: int) -> str:
+    """Return how to read the small pictures, if there are any."""
+    if not shown:
+        return ""
+    left_out = f"; {shown} of {of} are shown" if shown < of else ""
+    return (
         "All in one scale, axial position to the right and radius upwards, in mm"
         f"{left_out}. Grey lines: original rear faces of plates."
     )
-    return figures, text
 
 
 def _history(run: StoredRun) -> list[Figure]:

@@ -107,9 +107,10 @@ class RunOutput:
 
     def _note_arrival(self, sim: Simulation, found: Reduction) -> None:
         """Say once that the cloud has come to the next body."""
-        hit = next_body(sim.case)
-        if self.cloud_arrival is None and hit and found.series["cloud_arrived"]:
+        if self.cloud_arrival is None and found.series["cloud_arrived"]:
             self.cloud_arrival = sim.time
+            hit = next_body(sim.case)
+            assert hit is not None, "what the cloud has reached"
             self.progress.tell(
                 f"the cloud has reached {hit.name} at t = {sim.time * 1e6:.4f} us: its "
                 "measures end"

@@ -15,10 +15,9 @@ from mpisph.case import CaseSource
 from mpisph.case.identity import case_key
 from mpisph.core.errors import CaseError
 from mpisph.io.files import write_text
+from mpisph.io.run_folder import KEYS_FILE
 from mpisph.study.model import Plan, Study, case_name, load_study, read_plans
 from mpisph.study.store import STUDIES_FOLDER, study_folder
-
-KEYS_FILE = "keys.json"
 
 SAMPLE = 50
 """Keys that are computed again where they are kept: another version of mpisph, or a

@@ -8,6 +8,7 @@ from launch import CASES
 from mpi4py import MPI
 from oracles import agree
 from run_folders import assert_same, differences
+from small_runs import StopAt
 
 import mpisph
 from mpisph.case.discretise import discretise
@@ -16,7 +17,6 @@ from mpisph.core.errors import CaseError
 from mpisph.io.initial_file import write_initial
 from mpisph.io.snapshot import read_series, read_snapshot
 from mpisph.run.session import resume, run
-from mpisph.run.signals import SignalHandler
 
 SELF = MPI.COMM_SELF
 SETTINGS = (
@@ -67,18 +67,6 @@ def test_any_number_of_ranks_gives_the_same_bits(mpi_tmp_path):
     agree(world, problems)
 
 
-class StopBefore(SignalHandler):
-    """A handler to whom a signal comes before the n-th step that it sees."""
-
-    def __init__(self, n):
-        super().__init__()
-        self.left = n
-
-    def signal_request(self):
-        self.left -= 1
-        return 115 if self.left == 0 else 0
-
-
 @pytest.fixture(scope="module")
 def reference(tmp_path_factory):
     folder = tmp_path_factory.mktemp("own") / "reference"
@@ -90,7 +78,7 @@ def reference(tmp_path_factory):
 @pytest.mark.parametrize("checkpoint", [True, False])
 def test_a_stopped_run_needs_nothing_but_its_folder(tmp_path, reference, checkpoint):
     case, folder = short_case(), tmp_path / "stopped"
-    first = run(case, SELF, folder, particles=warm(case), signals=StopBefore(5))
+    first = run(case, SELF, folder, particles=warm(case), signals=StopAt(5))
     assert first.status == "stopped"
     if not checkpoint:
         shutil.rmtree(folder / "checkpoints")
