@@ -22,7 +22,7 @@ from mpisph.inputs.findings import (
     Origins,
     as_problems,
 )
-from mpisph.inputs.quantities import Identifier
+from mpisph.inputs.quantities import IDENTIFIER_RULE, Identifier
 from mpisph.inputs.spelling import nearest, nearest_quoted
 from mpisph.materials import Material, card_names
 
@@ -41,9 +41,7 @@ _TYPES = {
     "dict_type": "expected a table",
     "model_type": "expected a table",
     "model_attributes_type": "expected a table",
-    "string_pattern_mismatch": (
-        "expected letters, digits, - and _, beginning with a letter"
-    ),
+    "string_pattern_mismatch": IDENTIFIER_RULE,
 }
 _BODY: TypeAdapter[Any] = TypeAdapter(Body)
 _MATERIAL = TypeAdapter(Material)

@@ -12,6 +12,7 @@ from mpi4py import MPI
 from rich.table import Table
 
 from mpisph.case import case_from_dict, case_schema
+from mpisph.case.card_files import ENDING
 from mpisph.case.draft import Draft, draft_case
 from mpisph.core.console import open_console
 from mpisph.core.errors import CaseError, Problem
@@ -23,8 +24,6 @@ from mpisph.materials.model import TABLES
 from mpisph.parallel.collectives import from_root
 from mpisph.physics.models import described
 from mpisph.solver.estimate import Estimate, estimate
-
-CARD_ENDING = ".toml"
 
 _TITLE = re.compile(r"(.*?\(\d{4}\)).*")
 # Of a source, to its year: what follows is the place in it.
@@ -52,7 +51,7 @@ def materials_command(names: tuple[str, ...]) -> None:
 
 
 def _card(name: str) -> Material:
-    return read_card(Path(name)) if name.endswith(CARD_ENDING) else load_card(name)
+    return read_card(Path(name)) if name.endswith(ENDING) else load_card(name)
 
 
 def _list_of_cards() -> Table:

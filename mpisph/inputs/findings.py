@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from mpisph.core.errors import Problem
 from mpisph.inputs.printing import printable
+from mpisph.inputs.quantities import IDENTIFIER_RULE
 
 Key = tuple[str | int, ...]
 
@@ -164,8 +165,7 @@ def model_problems(error: ValidationError, origins: Origins) -> list[Problem]:
         expected = {
             "missing": "required",
             "extra_forbidden": "unknown key",
-            "string_pattern_mismatch": "expected letters, digits, - and _, beginning "
-            "with a letter",
+            "string_pattern_mismatch": IDENTIFIER_RULE,
         }.get(detail["type"], detail["msg"].removeprefix("Value error, "))
         name = ".".join(map(str, key))
         problems.append(Problem(expected, file=file, line=line, key=name))

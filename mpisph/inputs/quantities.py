@@ -258,6 +258,9 @@ PROSE = "prose"
 # units and what arithmetic could not bear.
 Flag = Annotated[bool, Strict()]
 Count = Annotated[int, Strict(), Field(ge=1, le=1_000_000_000)]
+IDENTIFIER_RULE = "expected letters, digits, - and _, beginning with a letter"
+"""What a message says of a name that is no `Identifier`."""
+
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=80)]
 Description = Annotated[str, Field(max_length=500), AfterValidator(one_line), PROSE]
 Source = Annotated[Description, AfterValidator(not_blank)]
