@@ -134,7 +134,7 @@ def discretise(
         body=body,
         material=np.array(case.material_indices, dtype=np.int64)[body],
         m=2.0 * np.pi * r * rho * area[body],
-        r=r,
+        r=r + width[body] ** 2 / (24.0 * r),
         z=rows.z[row],
         u_z=np.array([each.velocity for each in case.bodies], dtype=np.float64)[body],
         rho=rho,

@@ -103,6 +103,8 @@ class Scheme(FrozenModel):
 
     self_term: Flag = True
     """Whether a ring interacts with itself (R1)."""
+    pair_form: Literal["consistent", "lee2003"] = "consistent"
+    """Forces that match the continuity equation, or those of eqs (5), (6) (R3, R4)."""
     kappa: Annotated[float, Field(gt=1, le=4), Quantity("")] = 3.0
     """Cut-off radius of the kernel over the smoothing length (R1)."""
     eos: EquationOfState = "mie-grueneisen"
@@ -117,8 +119,8 @@ class Scheme(FrozenModel):
     """Artificial heat conduction (R6)."""
     p_min: MinimumPressure = MinimumPressure()
     """Minimum tensile pressure (R9) of all materials that give none."""
-    smoothing: Literal["axisymmetric", "classic", "fixed"] = "axisymmetric"
-    """Evolution of the smoothing length (R10)."""
+    smoothing: Literal["axisymmetric", "classic", "fixed", "printed"] = "axisymmetric"
+    """Evolution of the smoothing length; `printed` is eq (21) to the letter (R10)."""
     sound_speed_floor: Fraction = 0.01
     """Lowest sound speed, as a fraction of the bulk sound speed (R8)."""
 

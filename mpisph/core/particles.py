@@ -52,7 +52,7 @@ class Field(NamedTuple):
 FIELDS = (
     Field("id", "id", "1", "global number of the particle", "label", True, True),
     Field("body", "body", "1", "index of the body in the case", "label", False, True),
-    Field("material", "mat", "1", "index of the material", "label", False, True),
+    Field("material", "mat", "1", "index of the material", "label", True, True),
     Field("m", "m", "kg", "mass of the ring", "state", True, True),
     Field("r", "r", "m", "radius", "state", True, False),
     Field("z", "z", "m", "axial position", "state", True, False),
@@ -87,6 +87,10 @@ FIELDS = (
     Field("c", "c", "m/s", "sound speed", "derived", True, False),
     Field("G", "G", "Pa", "shear modulus", "derived", False, False),
     Field("plastic", "plastic", "1", "1 while yielding", "derived", False, True),
+    Field("w_r", "w_r", "m/s", "u_r that the rates hold for", "derived", False, False),
+    Field("w_z", "w_z", "m/s", "u_z that the rates hold for", "derived", False, False),
+    Field("damping", "v", "m/s", "viscous signal speed", "derived", False, False),
+    Field("crowding", "w", "1", "kernel sum over density", "derived", False, True),
     Field("neighbours", "N", "1", "number of neighbours", "derived", False, False),
 )
 

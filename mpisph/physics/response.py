@@ -107,12 +107,13 @@ def respond(x, table, sound_speed_floor):
         mat = table[x.material[k]]
         P, dP_drho, dP_dE = pressure(x, k, mat)
         floor = sound_speed_floor * mat.bulk_sound_speed
-        x.c[k] = sound_speed(x.rho[k], P, dP_drho, dP_dE, floor)
         x.P[k] = P
         x.P[k] = limit_pressure(x, k, mat)
-        x.G[k] = shear_modulus(x, k, mat)
+        x.c[k] = sound_speed(x.rho[k], x.P[k], dP_drho, dP_dE, floor)
+        torn = x.P[k] > P  # such matter carries no shear either
+        x.G[k] = 0.0 if torn else shear_modulus(x, k, mat)
         stress = equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
-        factor = yield_factor(stress, yield_stress(x, k, mat))
+        factor = yield_factor(stress, 0.0 if torn else yield_stress(x, k, mat))
         x.plastic[k] = 1.0 if factor < 1.0 else 0.0
         x.plastic_strain[k] += plastic_increment(stress, factor, x.G[k])
         x.S_rr[k] *= factor

@@ -8,6 +8,8 @@ class SchemeConstants(NamedTuple):
 
     Attributes
     ----------
+    lee2003 : bool
+        Whether forces and work are weighted as in eqs (5), (6) (R3, R4).
     alpha, beta, epsilon : float
         Artificial viscosity (R5).
     printed : bool
@@ -19,11 +21,12 @@ class SchemeConstants(NamedTuple):
     self_term : bool
         Whether a ring acts on itself (R1).
     smoothing : int
-        One of `smoothing.FIXED`, `CLASSIC`, `AXISYMMETRIC` (R10).
+        One of `smoothing.MODES` (R10).
     sound_speed_floor : float
         Smallest sound speed in units of the bulk sound speed (R8).
     """
 
+    lee2003: bool
     alpha: float
     beta: float
     epsilon: float

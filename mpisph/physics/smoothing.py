@@ -12,29 +12,31 @@ from mpisph.core.jit import EXACT
 FIXED = 0
 CLASSIC = 1
 AXISYMMETRIC = 2
-MODES = {"fixed": FIXED, "classic": CLASSIC, "axisymmetric": AXISYMMETRIC}
+PRINTED = 3
+MODES = {
+    "fixed": FIXED,
+    "classic": CLASSIC,
+    "axisymmetric": AXISYMMETRIC,
+    "printed": PRINTED,
+}
 
 DIMENSIONS = 2.0
 """N_D of eqs (20), (21): h follows lengths in the r-z plane."""
 
-AXIS_SOFTENING = 0.01
-"""u_r/r is taken as u_r r/(r^2 + (0.01 h)^2): a particle that crosses the axis within
-one step would otherwise get an unbounded rate. On the first ring of a lattice (r =
-dx/2, h = 2 dx) this changes the rate by 0.2 %."""
-
 
 @njit(**EXACT)
-def smoothing_rate(mode, h, div, u_r, r):
-    """Return dh/dt (R10) [m/s]; ``div = -(drho/dt)/rho``.
+def smoothing_rate(mode, h, div, hoop, u_r, r):
+    """Return dh/dt (R10) [m/s].
 
     Parameters
     ----------
     mode : int
-        One of `FIXED`, `CLASSIC` (20) and `AXISYMMETRIC` (21).
+        One of `MODES`.
     h, r : float
         Smoothing length and radius [m].
-    div : float
-        Velocity divergence [1/s].
+    div, hoop : float
+        Velocity divergence ``-(drho/dt)/rho`` and its hoop part, as the sums give it
+        [1/s].
     u_r : float
         Radial velocity [m/s].
     """
@@ -42,6 +44,6 @@ def smoothing_rate(mode, h, div, u_r, r):
         return 0.0
     if mode == CLASSIC:
         return h / DIMENSIONS * div
-    soft = AXIS_SOFTENING * h
-    hoop = u_r * r / (r * r + soft * soft)
+    if mode == PRINTED:
+        return h / DIMENSIONS * (div - u_r / r)
     return h / DIMENSIONS * (div - hoop)

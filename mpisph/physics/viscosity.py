@@ -1,24 +1,76 @@
 """Artificial viscosity (R5): equations only.
 
+The viscous force of a pair of points is averaged over the angle by a quadrature of two
+nodes. Node k stands for the points whose ``1 - cos(theta)`` is ``t_k = tau_k q``, with
+``q = 1 - A1/A0`` its mean. The nodes are such that the viscous stress of a uniform
+strain rate, linear and quadratic term alike, is that of the Cartesian sum in every
+direction (scripts/viscosity_nodes.py).
+
 References
 ----------
 Lee, Seo, Min (2003), Trans. KSME A, eqs (11), (12).
 Monaghan, Gingold (1983), J. Comp. Phys. 52, 374-389.
 """
 
+from typing import NamedTuple
+
 from numba import njit
 
 from mpisph.core.jit import INLINE
 
 
+class Nodes(NamedTuple):
+    """Nodes of the average over the angle.
+
+    Attributes
+    ----------
+    tau_1, tau_2 : float
+        ``(1 - cos(theta))/q`` at each.
+    w : float
+        Weight of the first; that of the second is ``1 - w``.
+    """
+
+    tau_1: float
+    tau_2: float
+    w: float
+
+
+FAR_TAU = 0.2305297
+FAR_W = 0.72974322
+FAR_NODES = Nodes(FAR_TAU, (1.0 - FAR_W * FAR_TAU) / (1.0 - FAR_W), FAR_W)
+"""Nodes of a pair with ``xi >= XI_FAR``."""
+
+PRINTED_NODES = Nodes(1.0, 1.0, 1.0)
+"""One node at the mean, as in eq (12)."""
+
+
 @njit(**INLINE)
-def approach(dr, dz, du_r, du_z, r_a, r_b, u_r_a, u_r_b, q, printed):
-    """Return N, the averaged (u_a - u_b).(x_a - x_b) of two rings (R5) [m2/s].
+def near_nodes(q):
+    """Return the nodes of a pair with ``xi < XI_FAR`` (R5).
+
+    Polynomials in q, fitted between ``xi = 0.002`` and 400 (scripts/viscosity_nodes.py).
+    """
+    q2 = q * q
+    q4 = q2 * q2
+    tau = (
+        (FAR_TAU - 0.0613641 * q)
+        + q2 * (0.78773 - 5.90147 * q)
+        + q4 * ((14.4781 - 14.7692 * q) + 5.47837 * q2)
+    )
+    w = (
+        (FAR_W - 0.0879669 * q)
+        + q2 * (1.7378 - 10.5074 * q)
+        + q4 * ((20.9793 - 18.6095 * q) + 6.22373 * q2)
+    )
+    return tau, (1.0 - w * tau) / (1.0 - w), w
+
+
+@njit(**INLINE)
+def hoop_approach(r_a, r_b, u_r_a, u_r_b, q, printed):
+    """Return the closing speed times distance that a node adds per tau (R5) [m2/s].
 
     Parameters
     ----------
-    dr, dz, du_r, du_z : float
-        Differences a - b of position [m] and velocity [m/s].
     q : float
         ``1 - A1/A0``.
     printed : bool
@@ -27,34 +79,20 @@ def approach(dr, dz, du_r, du_z, r_a, r_b, u_r_a, u_r_b, q, printed):
     """
     swapped_a = u_r_a if printed else u_r_b
     swapped_b = u_r_b if printed else u_r_a
-    return dr * du_r + dz * du_z + (r_a * swapped_a + r_b * swapped_b) * q
+    return (r_a * swapped_a + r_b * swapped_b) * q
 
 
 @njit(**INLINE)
-def separation2(d2, ratio, epsilon, h):
-    """Return D, the averaged squared distance of two rings, softened (R5) [m2].
-
-    Parameters
-    ----------
-    d2 : float
-        Squared distance in the r-z plane [m2].
-    ratio : float
-        ``xi q``: then ``2 r_a r_b q = h^2 ratio``.
-    epsilon : float
-        Softening, in units of h^2.
-    h : float
-        [m].
-    """
-    return d2 + (ratio + epsilon) * (h * h)
+def closing(N):
+    """Return N of approaching points, zero of receding ones; what is no number stays."""
+    return 0.0 if N > 0.0 else N
 
 
 @njit(**INLINE)
-def viscous_pressure(N, inv_D, h, alpha_c, beta, inv_rho_ab):
-    """Return Pi, the viscous pressure over density squared (R5) [Pa m6/kg2].
+def viscous_pressure(mu, alpha_c, beta, scale):
+    """Return the viscous pressure of an approach speed mu <= 0 (R5).
 
-    Zero for receding rings; a speed that is not a number stays one. `alpha_c` is alpha
-    times the pair's mean sound speed [m/s].
+    `scale` divides by the pair's mean density; `alpha_c` is alpha times the pair's mean
+    sound speed [m/s].
     """
-    closing = 0.0 if N > 0.0 else N
-    mu = (h * inv_D) * closing
-    return (beta * mu - alpha_c) * mu * inv_rho_ab
+    return (beta * mu - alpha_c) * mu * scale

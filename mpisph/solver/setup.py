@@ -24,6 +24,7 @@ def make_scheme(case: Case) -> SchemeConstants:
     """Return the scheme's parameters as the jitted functions take them."""
     s = case.scheme
     return SchemeConstants(
+        lee2003=s.pair_form == "lee2003",
         alpha=s.viscosity.alpha,
         beta=s.viscosity.beta,
         epsilon=s.viscosity.epsilon,

@@ -164,6 +164,7 @@ def evaluate_rates(
     last_div = p.div.copy()
     with sim.timers.measure("stepping"):
         state = p.material_state(predict(p, after))
+        p.w_r[:], p.w_z[:] = state.u_r, state.u_z
     with sim.timers.measure("materials"):
         respond(state, sim.table, scheme.sound_speed_floor)
     with sim.timers.measure("halo"):
@@ -183,6 +184,8 @@ def evaluate_rates(
             G,
             p.rates,
             p.div,
+            p.damping,
+            p.crowding,
             p.neighbours,
             sim.skip_quiescent,
         )

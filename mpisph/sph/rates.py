@@ -17,6 +17,7 @@ from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import smoothing_rate
 from mpisph.physics.stress import jaumann_rate
+from mpisph.sph.gradient import corrected_gradient
 from mpisph.sph.neighbours import (
     CellOrder,
     Lattice,
@@ -25,7 +26,14 @@ from mpisph.sph.neighbours import (
     row_of,
 )
 from mpisph.sph.pair_records import RECORD_FIELDS, record_at, write_pair_records
-from mpisph.sph.pairs import LANES, heating, make_buffer, pack_neighbours, pair_sums
+from mpisph.sph.pairs import (
+    LANES,
+    acceleration,
+    heating,
+    make_buffer,
+    pack_neighbours,
+    pair_sums,
+)
 from mpisph.sph.quiescence import (
     calm_particles,
     cell_reach,
@@ -34,24 +42,31 @@ from mpisph.sph.quiescence import (
 )
 from mpisph.sph.sources import Sources
 
+CROWDED = 1.1
+"""Kernel sum over carried density from which on a particle expands no further. Sound
+runs stay below 1.1 at their 90th percentile. A carried density that has drifted lower
+gives its particle too large a volume, hence too large a divergence, and runs away."""
+
 
 @njit(**EXACT)
 def _write_rates(sums, a, sources, k, G, mode, rates):
     """Write the rates of particle `k`, return its velocity divergence."""
-    div = sums.L_rr + sums.L_tt + sums.L_zz
+    div, hoop = sums.L_rr + sums.L_tt + sums.L_zz, sums.L_tt
+    if sums.crowding > CROWDED * a.eta and div > 0.0:
+        div = hoop = 0.0
+    L_rr, L_tt, L_rz, L_zr, L_zz = corrected_gradient(sums)
     dS_rr, dS_zz, dS_rz = jaumann_rate(
-        sums.L_rr, sums.L_tt, sums.L_rz, sums.L_zr, sums.L_zz,
+        L_rr, L_tt, L_rz, L_zr, L_zz,
         sources.S_rr[k], sources.S_zz[k], sources.S_rz[k], G,
     )  # fmt: skip
-    rates[RATE.du_r, k] = sums.du_r
-    rates[RATE.du_z, k] = sums.du_z
+    rates[RATE.du_r, k], rates[RATE.du_z, k] = acceleration(sums, a)
     rates[RATE.drho, k] = -sources.rho[k] * div
     rates[RATE.dE, k] = heating(sums, a)
     rates[RATE.dS_rr, k] = dS_rr
     rates[RATE.dS_zz, k] = dS_zz
     rates[RATE.dS_rz, k] = dS_rz
     rates[RATE.dh, k] = smoothing_rate(
-        mode, sources.h[k], div, sources.u_r[k], sources.r[k]
+        mode, sources.h[k], div, hoop, sources.u_r[k], sources.r[k]
     )
     return div
 
@@ -72,11 +87,14 @@ def _update_rates(
     lattice,
     table,
     scheme,
+    lee2003,
     skip,
     material,
     G,
     rates,
     div,
+    damping,
+    crowding,
     count,
 ):
     calm, next_change = calm_particles(records)
@@ -100,7 +118,8 @@ def _update_rates(
                 until = quiescent_until(cells, lattice, i, records, calm, next_change)
             quiescent = reach <= until
         if quiescent:
-            div[k] = _rest(rates, k)
+            div[k] = damping[k] = _rest(rates, k)
+            crowding[k] = 1.0
             count[k] = 0.0
             continue
         n_runs, candidates = candidate_runs(
@@ -117,11 +136,13 @@ def _update_rates(
         a = record_at(records, i)
         near_axis = lies_near_axis(a.r, 2.0 * a.half_h, scheme.kappa)
         if not near_axis:
-            sums, close = pair_sums(a, buffer, padded, scheme, None)
+            sums, close = pair_sums(a, buffer, padded, scheme, None, lee2003)
             near_axis = close > 0.0
         if near_axis:
-            sums, _ = pair_sums(a, buffer, padded, scheme, True)
+            sums, _ = pair_sums(a, buffer, padded, scheme, True, lee2003)
         div[k] = _write_rates(sums, a, sources, k, G[k], scheme.smoothing, rates)
+        damping[k] = sums.damping
+        crowding[k] = sums.crowding / a.eta
         bulk_sound_speed = table[material[k]].bulk_sound_speed
         if calm[i] and is_negligible(
             rates[:, k], bulk_sound_speed, sources.h[k], sources.rho[k]
@@ -142,6 +163,8 @@ def update_rates(
     G: FloatArray,
     rates: FloatArray,
     div: FloatArray,
+    damping: FloatArray,
+    crowding: FloatArray,
     count: FloatArray,
     skip_quiescent: bool = True,
 ) -> int:
@@ -163,9 +186,10 @@ def update_rates(
         Their shear modulus [Pa].
     rates : ndarray, shape (8, n)
         Written: rates of u_r, u_z, rho, E, S_rr, S_zz, S_rz, h.
-    div, count : ndarray, shape (n,)
-        Written: velocity divergence [1/s] and number of neighbours evaluated, zero
-        where the surroundings are quiescent.
+    div, damping, crowding, count : ndarray, shape (n,)
+        Written: velocity divergence [1/s], viscous signal speed [m/s], kernel sum over
+        density, and number of neighbours evaluated, zero where the surroundings are
+        quiescent.
     skip_quiescent : bool, optional
         False evaluates quiescent matter too, with the same bits.
 
@@ -177,10 +201,11 @@ def update_rates(
     # Allocated here: NumPy asks for large pages, Numba does not, and records of 350 000
     # particles then take four times as long to write.
     records = np.empty((cells.order.size, RECORD_FIELDS))
-    write_pair_records(sources, cells.order, scheme, records)
+    write_pair_records(sources, cells.order, table, scheme, records)
     return int(
         _update_rates(
-            sources, records, cells, lattice, table, scheme, skip_quiescent,
-            material, G, rates, div, count,
+            sources, records, cells, lattice, table, scheme,
+            True if scheme.lee2003 else None,  # None compiles the other form
+            skip_quiescent, material, G, rates, div, damping, crowding, count,
         )
     )  # fmt: skip

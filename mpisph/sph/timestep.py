@@ -10,6 +10,7 @@ from numba import njit
 
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import Particles
+from mpisph.physics.heat import diffusivity
 from mpisph.physics.scheme import SchemeConstants
 
 VISCOUS_SHARE = 0.6
@@ -18,10 +19,17 @@ Phys. 82, 1-15)."""
 
 
 @njit(**EXACT)
-def signal_limit(h, c, div, alpha, beta):
-    """Return the Courant limit with the viscous signal speed (R11) [s]."""
-    viscous = alpha * c + beta * h * max(-div, 0.0)
-    return h / (c + VISCOUS_SHARE * viscous)
+def signal_limit(h, c, rho, G, damping):
+    """Return the Courant limit of longitudinal waves and viscosity (R11) [s]."""
+    longitudinal = math.sqrt(c * c + 4.0 * G / (3.0 * rho))
+    return h / (longitudinal + VISCOUS_SHARE * damping)
+
+
+@njit(**EXACT)
+def heat_limit(h, zeta, crowding):
+    """Return the limit of artificial heat (R11) [s]."""
+    rate = 4.0 * zeta * crowding
+    return h * h / rate if rate > 0.0 else math.inf
 
 
 @njit(**EXACT)
@@ -44,12 +52,13 @@ def smoothing_limit(h, dh):
 
 
 @njit(**EXACT)
-def _limits(ids, h, c, div, du_r, du_z, dh, alpha, beta):
+def _limits(ids, h, c, rho, G, div, damping, crowding, du_r, du_z, dh, g1, g2):
     smallest = math.inf
     where = -1
     for i in range(h.size):
         limit = min(
-            signal_limit(h[i], c[i], div[i], alpha, beta),
+            signal_limit(h[i], c[i], rho[i], G[i], damping[i]),
+            heat_limit(h[i], diffusivity(g1, g2, h[i], c[i], div[i]), crowding[i]),
             force_limit(h[i], du_r[i], du_z[i]),
             strain_limit(div[i]),
             smoothing_limit(h[i], dh[i]),
@@ -78,8 +87,9 @@ def local_limit(p: Particles, scheme: SchemeConstants) -> tuple[float, int]:
         none.
     """
     limit, where = _limits(
-        p.id, p.h, p.c, p.div, p.du_r, p.du_z, p.dh, scheme.alpha, scheme.beta
-    )
+        p.id, p.h, p.c, p.rho, p.G, p.div, p.damping, p.crowding,
+        p.du_r, p.du_z, p.dh, scheme.g1, scheme.g2,
+    )  # fmt: skip
     return float(limit), int(where)
 
 

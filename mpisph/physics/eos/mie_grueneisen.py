@@ -26,16 +26,23 @@ class MieGrueneisen(Sourced):
         return self.c0
 
 
+POLE_SHARE = 0.8
+"""Share of the way to the pole of the Hugoniot, at m = 1/(slope - 1), from which on its
+tangent continues it."""
+
+
 @njit(**EXACT)
 def hugoniot_pressure(m, rho0, constants):
-    """Return P_H and dP_H/dm of the cubic fit; linear in tension (R8)."""
+    """Return P_H and dP_H/dm of U_s = c0 + slope u_p; linear in tension (R8)."""
     a = rho0 * constants.c0 * constants.c0
     if m < 0.0:
         return a * m, a
     s = constants.slope - 1.0
-    b = a * (1.0 + 2.0 * s)
-    c = a * (2.0 * s + 3.0 * s * s)
-    return m * (a + m * (b + m * c)), a + m * (2.0 * b + m * 3.0 * c)
+    x = min(m, POLE_SHARE / s) if s > 0.0 else m
+    inv = 1.0 / (1.0 - s * x)
+    P = a * x * (1.0 + x) * inv * inv
+    dP = a * (1.0 + x * (2.0 + s)) * inv * inv * inv
+    return P + dP * (m - x), dP
 
 
 @njit(**EXACT)
@@ -44,10 +51,17 @@ def mie_grueneisen(rho, E, rho0, constants):
     m = rho / rho0 - 1.0
     gamma = constants.gamma0
     P_H, dP_H = hugoniot_pressure(m, rho0, constants)
-    share = 1.0 - 0.5 * gamma * m
-    P = share * P_H + gamma * rho * E
-    dP_drho = (share * dP_H - 0.5 * gamma * P_H) / rho0 + gamma * E
-    return P, dP_drho, gamma * rho
+    if m < 0.0:  # Gamma is constant; P_H is its own tangent
+        share = 1.0 - 0.5 * gamma * m
+        P = share * P_H + gamma * rho * E
+        dP_drho = (share * dP_H - 0.5 * gamma * P_H) / rho0 + gamma * E
+        return P, dP_drho, gamma * rho
+    # Gamma rho is constant.
+    v = 1.0 / (1.0 + m)
+    share = 1.0 - 0.5 * gamma * m * v
+    P = share * P_H + gamma * rho0 * E
+    dP_drho = (share * dP_H - 0.5 * gamma * v * v * P_H) / rho0
+    return P, dP_drho, gamma * rho0
 
 
 @njit(**ENTRY)
