@@ -15,7 +15,7 @@ import click
 from mpi4py import MPI
 
 from mpisph import __version__
-from mpisph.cli import machine, post, prepare, run, study
+from mpisph.cli import machine, post, prepare, run, study, verify
 from mpisph.cli.options import BAD_INPUT
 from mpisph.core.errors import (
     CollectiveError,
@@ -46,6 +46,7 @@ for command in (
     post.report_command,
     post.animate_command,
     post.clock_command,
+    verify.verify_command,
     machine.bench_command,
     machine.scaling_command,
     machine.cache_group,

@@ -18,8 +18,8 @@ Out = Path | BytesIO
 PAGE_FORMAT = "webp" if features.check("webp") else "png"
 """Of figures in memory; Pillow may have been built without WebP."""
 
-_LOSSLESS = {"lossless": True, "method": 1}
-# As compact as slower methods: a third of the bytes of a PNG file, in as much time.
+LOSSLESS = {"lossless": True, "method": 1}
+"""Settings of it, as compact as slower ones: a third of the bytes of a PNG file."""
 
 BODY_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
 """Okabe and Ito's colours, which colour-blind readers can tell apart."""
@@ -88,7 +88,7 @@ def save(figure: Figure, out: Out) -> None:
             with naming(out):
                 figure.savefig(out)
         else:
-            figure.savefig(out, format=PAGE_FORMAT, pil_kwargs=_LOSSLESS)
+            figure.savefig(out, format=PAGE_FORMAT, pil_kwargs=LOSSLESS)
 
 
 def label_log_axis(axis: Axis) -> None:

@@ -7,11 +7,14 @@ import base64
 import io
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import jinja2
 from markupsafe import Markup, escape
 from PIL import Image
+
+from mpisph.figures.style import LOSSLESS, PAGE_FORMAT
 
 NONE = "–"
 """What a cell says that has nothing to say."""
@@ -107,13 +110,15 @@ class Notice(NamedTuple):
     text: str
 
 
-def render(template: str, **context: Any) -> str:
+def render(template: str, package: str = "mpisph.report", **context: Any) -> str:
     """Return a page.
 
     Parameters
     ----------
     template : str
         Name of a file in the package's ``templates``.
+    package : str, optional
+        Its templates may use those of this one.
     **context
         What the template asks for; all text is escaped.
 
@@ -122,13 +127,14 @@ def render(template: str, **context: Any) -> str:
     str
         HTML.
     """
-    return environment().get_template(template).render(context)
+    return environment(package).get_template(template).render(context)
 
 
-def environment() -> jinja2.Environment:
-    """Return the templates of this package; a name that is missing is an error."""
+def environment(package: str = "mpisph.report") -> jinja2.Environment:
+    """Return the templates of a package; a name that is missing is an error."""
+    packages = dict.fromkeys((package, "mpisph.report"))
     made = jinja2.Environment(
-        loader=jinja2.PackageLoader("mpisph.report"),
+        loader=jinja2.ChoiceLoader([jinja2.PackageLoader(p) for p in packages]),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -158,3 +164,15 @@ def embed(draw: Callable[[io.BytesIO], object]) -> Picture:
     with Image.open(file) as opened:
         kind = str(opened.format).lower()
         return Picture(f"data:image/{kind};base64,{encoded}", *opened.size)
+
+
+def embed_file(path: Path) -> Picture:
+    """Return the picture in a file as a picture of a page.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    """
+    with Image.open(path) as opened:
+        return embed(lambda file: opened.save(file, PAGE_FORMAT, **LOSSLESS))

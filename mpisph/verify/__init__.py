@@ -1,0 +1,1 @@
+"""Verification: problems with known solutions, run and compared with them."""

@@ -1,0 +1,1 @@
+"""Exact solutions, each a plain function with its source."""
