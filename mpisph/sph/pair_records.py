@@ -19,7 +19,7 @@ class PairRecord(NamedTuple):
     to the pair's means, `half_alpha_c` (alpha c/2) and `zeta` to those of alpha c and,
     doubled, of zeta; `root` is ``r^(-1/2)``, `V_F` is ``-2 m/rho``, which is V F h^2;
     `s_..` is sigma, compression positive, and `s_tr` is ``s_tt - s_rr``. `eta` is
-    rho/rho0, or rho in the form of 2003, and negative where theta is zero (R3).
+    rho/rho0, negative where theta is zero (R3).
     """
 
     r: float
@@ -63,7 +63,7 @@ def write_pair_records(sources, order, table, scheme, records):
         rho, E, h = sources.rho[k], sources.E[k], sources.h[k]
         P, c, div = sources.P[k], sources.c[k], sources.div[k]
         S_rr, S_zz, S_rz = sources.S_rr[k], sources.S_zz[k], sources.S_rz[k]
-        eta = rho if scheme.lee2003 else rho / table[sources.material[k]].rho0
+        eta = rho / table[sources.material[k]].rho0
         ring = records[i]
         ring[0] = sources.r[k]
         ring[1] = sources.z[k]
@@ -73,7 +73,7 @@ def write_pair_records(sources, order, table, scheme, records):
         ring[5] = sources.u_z[k]
         ring[6] = -2.0 * sources.m[k] / rho
         ring[7] = 0.5 * rho
-        ring[8] = eta if scheme.lee2003 or div < 0.0 else -eta
+        ring[8] = eta if div < 0.0 else -eta
         ring[9] = 0.5 * scheme.alpha * c
         ring[10] = E
         ring[11] = diffusivity(scheme.g1, scheme.g2, h, c, div)

@@ -126,7 +126,7 @@ def _put(x, k, place, motion, state, stress):
 
 
 @njit(**INLINE)
-def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, inv_a_eta, scheme):
+def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, theta_a, scheme, lee2003):
     """Return what ring b adds to the sums of ring a (R2, R3, R4, R5, R6).
 
     Parameters
@@ -140,9 +140,11 @@ def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, inv_a_eta, scheme):
         Differences a - b [m] and their squares' sum [m2].
     h : float
         Pair mean of h [m].
-    inv_a_eta : float
-        1/eta of ring a, zero where its theta is zero.
+    theta_a : float
+        theta of ring a over its eta, or over its density (R3).
     scheme : SchemeConstants
+    lee2003 : None or bool
+        See `pair_sums`.
 
     Returns
     -------
@@ -171,11 +173,13 @@ def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, inv_a_eta, scheme):
     D_1, D_2 = D + tau_1 * D_hoop, D + tau_2 * D_hoop
     rho = a.half_rho + b.half_rho
     b_eta = abs(b.eta)
+    ratio_a = abs(a.eta) if lee2003 is None else a.half_rho
+    ratio_b = b_eta if lee2003 is None else b.half_rho
     D_12 = D_1 * D_2
     D_rho = D_12 * rho
-    inv = 1.0 / (D_rho * b_eta)  # one division for all
-    inv_b_eta = inv * D_rho
-    inv_D_rho = inv * b_eta
+    inv = 1.0 / (D_rho * ratio_b)  # one division for all
+    inv_ratio_b = inv * D_rho
+    inv_D_rho = inv * ratio_b
     b_share = b.half_rho * (D_12 * inv_D_rho)
     scale = 4.0 * a.half_rho * b_share
     h_inv = h * rho * inv_D_rho
@@ -189,9 +193,10 @@ def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, inv_a_eta, scheme):
     mu = mu_2 + w_1 * (mu_1 - mu_2)
     flow = heat_flow(a.zeta + b.zeta, 2.0 * scale, a.E, b.E)
 
-    d_eta = b_eta - abs(a.eta)
-    w_a = 1.0 + inv_a_eta * d_eta
-    w_b = 1.0 - (inv_b_eta * d_eta if b.eta > 0.0 else 0.0)
+    # Weights of a's stress and of b's.
+    d_ratio = ratio_b - ratio_a
+    theta_b = inv_ratio_b if lee2003 is not None or b.eta > 0.0 else 0.0
+    w_a, w_b = 1.0 + theta_a * d_ratio, 1.0 - theta_b * d_ratio
     stress_r = b.s_rr * x + b.s_tr * (a.r * s2) + b.s_rz * z_A1
     stress_z = b.s_zz * z_A0 + b.s_rz * y
     h2_A0 = h2 * A0
@@ -221,8 +226,8 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
     near_axis : None or bool
         None compiles the loop for rings with xi >= XI_FAR only.
     lee2003 : None or bool
-        None compiles the loop for the consistent form, in which continuity has the
-        weights of the stress (R3).
+        None compiles the consistent form, in which continuity has the weights of the
+        stress; else these are those of eqs (5), (6) (R3).
 
     Returns
     -------
@@ -233,7 +238,10 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
     """
     place, motion, state, stress = buffer[0], buffer[1], buffer[2], buffer[3]
     root_a = 0.7071067811865476 * a.root
-    inv_a_eta = 1.0 / a.eta if a.eta > 0.0 else 0.0
+    if lee2003 is None:
+        theta_a = 1.0 / a.eta if a.eta > 0.0 else 0.0
+    else:
+        theta_a = 1.0 / a.half_rho
     far_nodes = PRINTED_NODES if scheme.printed else FAR_NODES
     own = volume = NO_SUMS
     f_r = f_z = heat = damping = crowding = 0.0
@@ -269,7 +277,7 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
                 1.0 if scheme.printed else near[2],
             )
         averages, w_a, t_r, t_z, t_heat, t_damping, t_crowding = pair_terms(
-            a, b, kernel, nodes, dr, dz, d2, h, inv_a_eta, scheme
+            a, b, kernel, nodes, dr, dz, d2, h, theta_a, scheme, lee2003
         )
         own = added(own, gradient_terms(a, b, w_a, averages, dz))
         if lee2003 is not None:
