@@ -108,7 +108,7 @@ def layers_of(run: OpenedRun, body: str, index: int, radius: float) -> Layers:
     order = np.lexsort((first["r"][chosen], first["z"][chosen]))
     places = first["z"][chosen][order]
     spacing = run.case.spacing
-    count = 1 + int(round(float(places[-1] - places[0]) / spacing))
+    count = 1 + round(float(places[-1] - places[0]) / spacing)
     table = {
         name: values[chosen][order].reshape(count, -1) for name, values in now.items()
     }

@@ -118,6 +118,6 @@ def round_section(
 
 def zero_crossings(times: Array, values: Array) -> list[float]:
     """Return the times at which values change their sign, interpolated between."""
-    k = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
+    k = np.flatnonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))
     parts = values[k] / (values[k] - values[k + 1])
     return [float(t) for t in times[k] + parts * (times[k + 1] - times[k])]

@@ -74,7 +74,7 @@ def sphere_wavenumber(solid: Elastic, radius: float) -> float:
 
     # Below the first root of j1', x = 2.08, the surface is under the sign of the
     # dilatation; below the first root of j1, 4.49, the sphere breathes as one.
-    return brentq(excess, 1.0, 4.4) / radius
+    return float(brentq(excess, 1.0, 4.4)) / radius
 
 
 def sphere_displacement(x: FloatArray) -> FloatArray:

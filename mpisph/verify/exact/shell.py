@@ -45,7 +45,7 @@ class Shell(NamedTuple):
 
 def outer_radius(shell: Shell, inner: float) -> float:
     """Return the outer radius that belongs to an inner one [m]."""
-    return (inner**3 + shell.outer**3 - shell.inner**3) ** (1.0 / 3.0)
+    return math.cbrt(inner**3 + shell.outer**3 - shell.inner**3)
 
 
 def plastic_work(shell: Shell, inner: float) -> float:
@@ -54,7 +54,8 @@ def plastic_work(shell: Shell, inner: float) -> float:
     def rate(r: float) -> float:
         return r * r * math.log(outer_radius(shell, r) / r)
 
-    return 8.0 * math.pi * shell.yield_strength * quad(rate, inner, shell.inner)[0]
+    integral = float(quad(rate, inner, shell.inner)[0])
+    return 8.0 * math.pi * shell.yield_strength * integral
 
 
 def _inertia(shell: Shell, inner: float) -> float:

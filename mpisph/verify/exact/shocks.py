@@ -2,7 +2,7 @@
 
 The jump conditions of Rankine and Hugoniot are solved for the pressure as it is
 programmed. Slow impacts give two waves: an elastic precursor to the Hugoniot elastic
-limit (HEL), and a plastic shock behind it; above a certain velocity the plastic shock
+limit, and a plastic shock behind it; above a certain velocity the plastic shock
 overtakes the precursor.
 
 References
@@ -21,7 +21,7 @@ from mpisph.core.particles import Particles
 from mpisph.physics.eos import pressure
 from mpisph.physics.response import MaterialModels, material_table
 
-_DENSEST = 4.0
+_DENSEST = 10.0
 # Largest compression that is looked at.
 
 _ROUNDING = 1e-14
@@ -107,7 +107,7 @@ def sound_speed(matter: Matter, state: Shocked) -> float:
 
 
 def elastic_limit(matter: Matter) -> Shocked:
-    """Return the state behind an elastic precursor at the HEL.
+    """Return the state behind an elastic precursor, the Hugoniot elastic limit.
 
     The stress rate of Jaumann in uniaxial strain integrates to a deviator of
     ``(4 G/3) ln(rho/rho0)``; it meets the yield strength at ``rho0 exp(Y/(2 G))``.
@@ -135,9 +135,7 @@ def elastic_limit(matter: Matter) -> Shocked:
     energy = brentq(excess, 0.0, top, xtol=top * _ROUNDING) if top > 0.0 else 0.0
     velocity = math.sqrt(2.0 * energy)
     P = matter.pressure(density, energy)
-    return Shocked(
-        velocity / shortening, velocity, density, energy, P, P + deviator
-    )
+    return Shocked(velocity / shortening, velocity, density, energy, P, P + deviator)
 
 
 def plane_waves(matter: Matter, velocity: float) -> list[Shocked]:
@@ -155,7 +153,7 @@ def plane_waves(matter: Matter, velocity: float) -> list[Shocked]:
     list of Shocked
         The precursor first where there is one. The last has the velocity asked for.
     """
-    rest = Shocked(0.0, 0.0, matter.density, 0.0, matter.pressure(matter.density, 0.0), 0.0)
+    rest = Shocked(0.0, 0.0, matter.density, 0.0, 0.0, 0.0)
     if not matter.shear_modulus:
         return [_shock(matter, rest, velocity, lambda _: 0.0)]
     limit = elastic_limit(matter)
@@ -201,7 +199,7 @@ def _shock(
 
     low = ahead.density / matter.density * (1.0 + 1e-9)
     # The first root is looked for: beyond it an equation of state may turn over.
-    high, step = low, 1e-3
+    high, step = low, 1e-2
     while excess(high) < 0.0:
         high = min(high * (1.0 + step), _DENSEST)
         if high == _DENSEST:
@@ -209,7 +207,9 @@ def _shock(
     return behind(brentq(excess, low, high, xtol=_ROUNDING, rtol=_ROUNDING))
 
 
-def contact(flyer: Matter, target: Matter, velocity: float) -> tuple[list[Shocked], list[Shocked]]:
+def contact(
+    flyer: Matter, target: Matter, velocity: float
+) -> tuple[list[Shocked], list[Shocked]]:
     """Return the waves in both bodies of a plane impact.
 
     Parameters

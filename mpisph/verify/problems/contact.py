@@ -8,16 +8,16 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from mpisph.case import Case
 from mpisph.figures.style import Out
 from mpisph.verify.exact.shocks import Shocked, contact, matter_of, sound_speed
 from mpisph.verify.layers import Layers, layers_of, plates
 from mpisph.verify.plots import Panel, draw_panels
-from mpisph.verify.problem import Check, Problem, Setup, Solved
+from mpisph.verify.problem import Array, Check, Problem, Setup, Solved
 
 _FLYER, _TARGET = "cu-ofhc", "al-6061-t6"
+_METALS = ("copper", "aluminium")
 _VELOCITY = 3000.0
 _SPACING = 0.1e-3
 
@@ -30,8 +30,6 @@ _WIDTH = 1.5
 _PRESSURE_BOUND = 0.05
 _PLACE_BOUND = 0.25
 # Of the spacing.
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Sides(NamedTuple):
@@ -48,6 +46,11 @@ class Sides(NamedTuple):
     flyer: Shocked
     target: Shocked
     velocity: float
+
+    @property
+    def states(self) -> tuple[Shocked, Shocked]:
+        """The states of both sides."""
+        return self.flyer, self.target
 
 
 def _setups(quick: bool) -> list[Setup]:
@@ -74,9 +77,9 @@ def _layers(solved: Solved) -> tuple[Layers, Layers]:
     """Return the layers of both bodies, those at the contact first."""
     case = solved.run.case
     sides = _exact(case)
-    reach = case.time.end * max(
+    reach = solved.run.snapshots[-1].time * max(
         sound_speed(matter_of(case.body_models(body)), state)
-        for body, state in zip(case.bodies, sides, strict=False)
+        for body, state in zip(case.bodies, sides.states, strict=True)
     )
     kernel = case.scheme.kappa * case.resolution.nph * case.spacing
     rim = float(solved.run.snapshots[0]["r"].max())
@@ -88,18 +91,19 @@ def _layers(solved: Solved) -> tuple[Layers, Layers]:
     return Layers(flyer.start[::-1], turned), target
 
 
-def _pressures(solved: Solved) -> tuple[FloatArray, FloatArray]:
+def _pressures(solved: Solved) -> tuple[Array, Array]:
     """Return pressure over the exact one, of layers behind the shocks, by side."""
     case = solved.run.case
     sides = _exact(case)
     ratios = []
-    for layers, state in zip(_layers(solved), sides, strict=False):
-        passed = int(0.5 * state.speed * case.time.end / case.spacing)
+    end = solved.run.snapshots[-1].time
+    for layers, state in zip(_layers(solved), sides.states, strict=True):
+        passed = int(0.5 * state.speed * end / case.spacing)
         ratios.append(layers.mean("P")[:passed] / state.pressure)
     return ratios[0], ratios[1]
 
 
-def _surfaces(solved: Solved) -> tuple[FloatArray, FloatArray]:
+def _surfaces(solved: Solved) -> tuple[Array, Array]:
     """Return where flyer and target end, on each ring [m].
 
     A particle reaches half of its height beyond its centre; its height has shrunk as
@@ -119,25 +123,18 @@ def _check(solved: Sequence[Solved]) -> list[Check]:
     last = solved[-1]
     case = last.run.case
     sides = _exact(case)
-    names = ("copper", "aluminium")
     checks = []
-    for name, ratio, state in zip(names, _pressures(last), sides, strict=False):
+    for name, ratio, state in zip(_METALS, _pressures(last), sides.states, strict=True):
         worst = ratio[1:][np.argmax(np.abs(ratio[1:] - 1.0))]
-        checks.append(
-            Check.within(
-                f"{name}: pressure that is farthest off, from the second layer on",
-                worst * state.pressure / 1e9, state.pressure / 1e9,
-                _PRESSURE_BOUND * state.pressure / 1e9, "GPa",
-            )  # fmt: skip
-        )
+        what = f"{name}: pressure that is farthest off, from the second layer on"
+        P = state.pressure / 1e9
+        checks.append(Check.within(what, worst * P, P, _PRESSURE_BOUND * P, "GPa"))
     flyer, target = _surfaces(last)
-    place = sides.velocity * case.time.end
+    place = sides.velocity * last.run.snapshots[-1].time
     middle = float(0.5 * (flyer + target).mean())
+    off = _PLACE_BOUND * case.spacing
     checks.append(
-        Check.within(
-            "place of the contact", 1e3 * middle, 1e3 * place,
-            1e3 * _PLACE_BOUND * case.spacing, "mm",
-        )  # fmt: skip
+        Check.within("place of the contact", 1e3 * middle, 1e3 * place, 1e3 * off, "mm")
     )
     overlap = float((flyer - target).max()) / case.spacing
     checks.append(
@@ -151,7 +148,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
     last = solved[-1]
     case = last.run.case
     sides = _exact(case)
-    end = case.time.end
+    end = last.run.snapshots[-1].time
     fields = {
         "P": ("pressure [GPa]", 1e9),
         "u_z": ("velocity [km/s]", 1e3),
@@ -170,7 +167,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
     for name, (label, unit) in fields.items():
         dots = {
             metal: (1e3 * layers.mean("z"), layers.mean(name) / unit)
-            for metal, layers in zip(("copper", "aluminium"), _layers(last), strict=True)
+            for metal, layers in zip(_METALS, _layers(last), strict=True)
         }
         exactly = along, np.repeat(np.array(lines[name]) / unit, 2)
         panels.append(Panel("z [mm]", label, dots, exactly))

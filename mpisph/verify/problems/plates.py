@@ -12,14 +12,13 @@ to the contact.
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from mpisph.case import Case
 from mpisph.figures.style import Out
+from mpisph.physics.eos.mie_grueneisen import MieGrueneisen
 from mpisph.verify.exact.shocks import Shocked, matter_of, plane_waves, sound_speed
 from mpisph.verify.layers import Layers, crossing, layers_of, plates
 from mpisph.verify.plots import Panel, draw_panels
-from mpisph.verify.problem import Check, Problem, Setup, Solved, observed_order
+from mpisph.verify.problem import Array, Check, Problem, Setup, Solved, observed_order
 
 _MATERIAL = "al-6061-t6"
 _SPACING = 0.1e-3
@@ -75,7 +74,7 @@ def _layers(solved: Solved, index: int) -> Layers:
     """Return the target's layers, as far out as no wave from the rims has come."""
     case = solved.run.case
     matter = matter_of(case.body_models(case.bodies[1]))
-    reach = sound_speed(matter, _exact(case)) * case.time.end
+    reach = sound_speed(matter, _exact(case)) * solved.run.snapshots[index].time
     kernel = case.scheme.kappa * case.resolution.nph * case.spacing
     rim = float(solved.run.snapshots[0]["r"].max())
     return layers_of(solved.run, "target", index, rim - reach - kernel)
@@ -109,12 +108,14 @@ def _measure(solved: Solved) -> Measured:
     times = [solved.run.snapshots[index].time for index in (1, 2)]
     way = _WAY * end.start.size
     near = slice(int(0.5 * way), int(0.7 * way))
-    density, energy, pressure = (end.mean(name)[near].mean() for name in "rho E P".split())
+    density, energy, pressure = (
+        float(end.mean(name)[near].mean()) for name in ("rho", "E", "P")
+    )
     return Measured(
         (fronts[1] - fronts[0]) / (times[1] - times[0]),
-        float(density),
-        float(energy),
-        float(pressure),
+        density,
+        energy,
+        pressure,
         float(end.mean("E")[_WALL : near.start].mean()),
     )
 
@@ -139,9 +140,11 @@ def _check(group: Sequence[Solved]) -> Iterator[Check]:
     found = [_measure(each) for each in group]
     sizes = [1.0 / _layers(each, 0).start.size for each in group]
     want = _exact(group[-1].run.case)
-    name = _impact(group[-1])
+    name, models = _impact(group[-1]), group[-1].run.case.material_table[0]
 
-    def line(quantity: str, field: str, target: float, unit: str, scale: float) -> Check:
+    def line(
+        quantity: str, field: str, target: float, unit: str, scale: float
+    ) -> Check:
         values = [getattr(each, field) for each in found]
         order = observed_order(sizes, [value - target for value in values])
         return Check.within(
@@ -150,9 +153,8 @@ def _check(group: Sequence[Solved]) -> Iterator[Check]:
         )  # fmt: skip
 
     yield line("shock speed", "speed", want.speed, "km/s", 1e3)
-    models = group[-1].run.case.material_table[0]
-    if models.names["eos"] == "mie-grueneisen":
-        card = models.constants["mie-grueneisen"]
+    card = models.constants[models.names["eos"]]
+    if isinstance(card, MieGrueneisen):
         straight = card.c0 + card.slope * want.velocity
         yield line("shock speed beside c0 + s u", "speed", straight, "km/s", 1e3)
     yield line("density", "density", want.density, "kg/m3", 1.0)
@@ -162,16 +164,14 @@ def _check(group: Sequence[Solved]) -> Iterator[Check]:
 
 
 def _draw(solved: Sequence[Solved], out: Out) -> None:
-    """Draw density, energy and pressure of the finest runs over the way of the shock."""
+    """Draw density, energy and pressure of the finest run of each impact."""
     quantities = {"rho": "density", "E": "energy", "P": "pressure"}
-    dots: dict[str, dict[str, tuple[np.ndarray, np.ndarray]]] = {
-        name: {} for name in quantities
-    }
+    dots: dict[str, dict[str, tuple[Array, Array]]] = {name: {} for name in quantities}
     for group in _groups(solved):
         last = group[-1]
-        case, want = last.run.case, _exact(last.run.case)
+        want = _exact(last.run.case)
         layers = _layers(last, 2)
-        way = layers.start / (want.speed * case.time.end)
+        way = layers.start / (want.speed * last.run.snapshots[-1].time)
         for name, field in quantities.items():
             value = layers.mean(name) / getattr(want, field)
             dots[name][_impact(last)] = (way, value)

@@ -56,7 +56,7 @@ def _exact(case: Case) -> tuple[Shocked, Shocked]:
 def _layers(solved: Solved, index: int) -> Layers:
     """Return the target's layers, as far out as no wave from the rims has come."""
     case = solved.run.case
-    reach = _exact(case)[0].speed * case.time.end
+    reach = _exact(case)[0].speed * solved.run.snapshots[-1].time
     rim = float(solved.first["r"].max())
     kernel = case.scheme.kappa * case.resolution.nph * case.spacing
     return layers_of(solved.run, "target", index, rim - reach + kernel)
@@ -98,7 +98,7 @@ def _measure(solved: Solved) -> Measured:
     flattest = slow + int(np.argmin(np.abs(np.diff(stress[slow:fast]))))
     behind = slice(int(0.3 * slow), int(0.7 * slow))
     level = float(0.5 * (stress[flattest] + stress[flattest + 1]))
-    return Measured(*speeds, level, float(stress[behind].mean()))
+    return Measured(speeds[0], speeds[1], level, float(stress[behind].mean()))
 
 
 def _check(solved: Sequence[Solved]) -> list[Check]:
@@ -118,7 +118,7 @@ def _check(solved: Sequence[Solved]) -> list[Check]:
     return [
         line("speed of the precursor", "precursor", limit.speed, "m/s"),
         line("speed of the plastic wave", "plastic", plastic.speed, "m/s"),
-        line("stress between the waves (HEL)", "limit", limit.stress, "GPa"),
+        line("stress between the waves (elastic limit)", "limit", limit.stress, "GPa"),
         line("stress behind the plastic wave", "stress", plastic.stress, "GPa"),
     ]
 
@@ -139,10 +139,11 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
         dots = {}
         for each in solved:
             layers = _layers(each, 2)
-            way = layers.start / (limit.speed * each.run.case.time.end)
+            way = layers.start / (limit.speed * each.run.snapshots[-1].time)
             dots[each.label] = (way, layers.mean(name) / unit)
+        line = (ways, steps)
         panels.append(
-            Panel("layer over way of the precursor", label, dots, (ways, steps), (0, 1.15))
+            Panel("layer over way of the precursor", label, dots, line, (0, 1.15))
         )
     draw_panels(f"Impact of aluminium plates at {_VELOCITY:g} m/s", panels, out)
 
@@ -151,7 +152,7 @@ PROBLEM = Problem(
     "precursor",
     "elastic precursor and plastic wave in aluminium",
     "Rankine-Hugoniot conditions of an elastic, perfectly plastic solid with the "
-    "equation of state as programmed: HEL close to Y (K + 4 G/3)/(2 G), precursor at "
+    "equation of state as programmed: limit close to Y (K + 4 G/3)/(2 G), precursor at "
     "sqrt((K + 4 G/3)/rho) (Davison, Fundamentals of Shock Wave Propagation in Solids, "
     "2008)",
     _setups,

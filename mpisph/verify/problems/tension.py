@@ -69,7 +69,9 @@ def _middle(solved: Solved) -> tuple[Array, Array]:
     """Return times [s] and the axial stress in the middle, positive in tension [Pa]."""
     near = np.abs(solved.first["z"]) < 0.05 * _LENGTH
     shots = solved.run.snapshots
-    stress = [np.average((at["S_zz"] - at["P"])[near], weights=at["m"][near]) for at in shots]
+    stress = [
+        np.average((at["S_zz"] - at["P"])[near], weights=at["m"][near]) for at in shots
+    ]
     return np.array([at.time for at in shots]), np.array(stress)
 
 
@@ -117,7 +119,7 @@ def _check(solved: Sequence[Solved]) -> list[Check]:
             float(closer.max()), _CLUMPING_BOUND,
         ),
         Check.at_most(
-            "largest plastic strain", float(solved[-1].last["plastic_strain"].max()), 0.0
+            "largest plastic strain", solved[-1].last["plastic_strain"].max(), 0.0
         ),
     ]  # fmt: skip
 

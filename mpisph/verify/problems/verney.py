@@ -6,6 +6,7 @@ kept, so that the steps of a square lattice do not count as error.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -100,7 +101,7 @@ def polar_shell(shell: Shell, spacing: float) -> dict[str, Array]:
     count = round((shell.outer - shell.inner) / spacing)
     edges = np.linspace(shell.inner, shell.outer, count + 1)
     parts = []
-    for low, high in zip(edges, edges[1:], strict=False):
+    for low, high in pairwise(edges):
         s = 0.5 * (low + high)
         angles = np.linspace(0.0, np.pi, round(np.pi * s / spacing) + 1)
         middle = 0.5 * (angles[:-1] + angles[1:])
@@ -138,12 +139,9 @@ def _check(solved: Sequence[Solved]) -> list[Check]:
         ):
             _, radii = _surface(each, name == "inner")
             worst = radii[np.argmax(np.abs(radii - exact))]
-            checks.append(
-                Check.within(
-                    f"{each.label}: {name} radius where it is farthest off",
-                    100 * worst, 100 * exact, 100 * _BOUND, "cm",
-                )  # fmt: skip
-            )
+            what = f"{each.label}: {name} radius where it is farthest off"
+            bound = 100 * _BOUND
+            checks.append(Check.within(what, 100 * worst, 100 * exact, bound, "cm"))
     return checks
 
 
@@ -156,27 +154,20 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
             exact = stop if inner else outer_radius(_SHELL, stop)
             angle, radii = _surface(each, inner)
             dots[each.label] = (angle, 1e3 * (radii - exact))
-        panels.append(
-            Panel(
-                "angle from the axis [°]", f"error of the {name} radius [mm]", dots,
-                ((0.0, 180.0), (0.0, 0.0)),
-            )  # fmt: skip
-        )
+        label = f"error of the {name} radius [mm]"
+        exactly = ((0.0, 180.0), (0.0, 0.0))
+        panels.append(Panel("angle from the axis [°]", label, dots, exactly))
     last = solved[-1].last
-    panels.append(
-        Panel(
-            "z [cm]", "r [cm]",
-            {solved[-1].label: (100 * last["z"], 100 * last["r"])}, None,
-        )  # fmt: skip
-    )
+    shell = {solved[-1].label: (100 * last["z"], 100 * last["r"])}
+    panels.append(Panel("z [cm]", "r [cm]", shell, None))
     draw_panels("Imploding beryllium shell", panels, out)
 
 
 PROBLEM = Problem(
     "verney",
     "Verney's imploding beryllium shell, from two lattices",
-    "energy balance of an incompressible, perfectly plastic shell (Verney, 1968; Howell "
-    "and Ball, J. Comp. Phys. 175, 2002, 128)",
+    "energy balance of an incompressible, perfectly plastic shell (Verney, 1968; "
+    "Howell and Ball, J. Comp. Phys. 175, 2002, 128)",
     _setups,
     _check,
     _draw,
