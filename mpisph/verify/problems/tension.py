@@ -78,17 +78,17 @@ def _middle(solved: Solved) -> tuple[Array, Array]:
 def _clumping(solved: Solved) -> tuple[Array, Array]:
     """Return times [s] and by how much the closest particles have come closer.
 
-    It is a part of the spacing: the least over all particles of the distance to the
-    nearest, mirror images beyond the axis among them.
+    It is the largest part that any particle has lost of the distance to its nearest;
+    mirror images beyond the axis are among these.
     """
-    times, closer = [], []
+    times, distances = [], []
     for at in solved.run.snapshots:
         r, z = at["r"], at["z"]
         points = np.column_stack([np.r_[r, -r], np.r_[z, z]])
         distance = KDTree(points).query(points[: r.size], k=2)[0][:, 1]
         times.append(at.time)
-        closer.append(distance.min())
-    return np.array(times), 1.0 - np.array(closer) / closer[0]
+        distances.append(distance)
+    return np.array(times), 1.0 - (np.array(distances) / distances[0]).min(axis=1)
 
 
 def _exact(times: Array) -> Array:
