@@ -9,6 +9,15 @@ from mpisph.verify.problem import Problem
 
 _MODULES = [
     "uniform_expansion",
+    "plates",
+    "contact",
+    "precursor",
+    "spin",
+    "rotation",
+    "torus",
+    "sphere",
+    "tension",
+    "verney",
 ]
 
 PROBLEMS: dict[str, Problem] = {
