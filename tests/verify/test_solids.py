@@ -256,7 +256,7 @@ def test_tension():
 
     def clumped(case, start, time):
         z = start["z"].copy()
-        z[np.abs(z).argmin()] += 0.1 * case.spacing * (time > 0.0)
+        z[np.abs(z).argmin()] += 0.2 * case.spacing * (time > 0.0)
         return stretched(case, start, time) | {"z": z}
 
     (name,) = failed(tension.PROBLEM, solved(tension.PROBLEM, clumped))
