@@ -9,6 +9,8 @@ from mpisph.verify.problem import Problem
 
 _MODULES = [
     "uniform_expansion",
+    "sod",
+    "strong_tube",
 ]
 
 PROBLEMS: dict[str, Problem] = {
