@@ -46,6 +46,8 @@ class Matter(NamedTuple):
     Es_prime: float = 14.1e6
     alpha: float = 5.0
     beta: float = 5.0
+    gas_gamma: float = 1.4
+    gas_c0: float = 340.0
     P_min: float = -math.inf
     P_min_mode: str = "off"
     eos: str = "mie-grueneisen"
@@ -67,6 +69,7 @@ class Matter(NamedTuple):
                 "gamma0": self.gamma,
             },
             "linear": {"bulk_modulus": self.K},
+            "ideal-gas": {"gamma": self.gas_gamma, "c0": self.gas_c0},
             "tillotson": {name: getattr(self, name) for name in tillotson},
             "elastic-plastic": {"shear_modulus": self.mu, "yield_strength": self.Y},
             "minimum-pressure": {"value": self.P_min, "mode": self.P_min_mode},
@@ -192,7 +195,12 @@ def tillotson_pressure(rho, E, mat):
     return ((E - mat.Es) * hot + (mat.Es_prime - E) * cold) / (mat.Es_prime - mat.Es)
 
 
+def gas_pressure(rho, E, mat):
+    return rho * E * (mat.gas_gamma - 1.0)
+
+
 PRESSURES = {
+    "ideal-gas": gas_pressure,
     "linear": linear_pressure,
     "mie-grueneisen": mie_grueneisen_pressure,
     "tillotson": tillotson_pressure,
@@ -214,6 +222,7 @@ def pressure_and_sound_speed(rho, E, mat, scheme):
     bulk = {
         "linear": math.sqrt(mat.K / mat.rho0),
         "mie-grueneisen": mat.c0,
+        "ideal-gas": mat.gas_c0,
         "tillotson": math.sqrt(mat.A / mat.rho0),
     }[mat.eos]
     floor = scheme.sound_speed_floor * bulk

@@ -151,8 +151,11 @@ def _check_models(parts: Parts) -> Iterator[Finding]:
                 yield Finding(
                     key,
                     f'"{material.name}", the material of "{body.name}", has no '
-                    f"{KINDS[kind][name].label} constants",
+                    f"{KINDS[kind][name].label} constants{_FLUID.get(kind, '')}",
                 )
+
+
+_FLUID = {"strength": '; strength = "none" in its table makes it a fluid'}
 
 
 def _check_measured_plate(parts: Parts) -> Iterator[Finding]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from mpisph.case.contact import first_contact, meeting_time
 from mpisph.case.model import Case
+from mpisph.physics.eos import GASES
 from mpisph.physics.response import MaterialModels
 
 __all__ = ["find_warnings"]
@@ -60,7 +61,8 @@ def find_warnings(case: Case) -> list[str]:
 def _warn_of_meeting(case: Case) -> Iterator[str]:
     """Warn of bodies that never meet, or not before the end of the run."""
     bodies, end = case.bodies, case.end_time
-    if case.initial is not None:  # shapes say nothing of particles of one's own
+    # Shapes say nothing of particles of one's own, and a gas moves by itself.
+    if case.initial is not None or _has_gas(case):
         return
     if len(bodies) == 1:
         yield f"bodies: there is only {bodies[0].name}, which nothing hits"
@@ -100,6 +102,8 @@ def _warn_of_meeting(case: Case) -> Iterator[str]:
 def _warn_of_velocity(case: Case) -> Iterator[str]:
     """Warn of velocities that look like a slip of the unit."""
     velocity = case.impact_velocity
+    if _has_gas(case):  # at any velocity, in units of any size
+        return
     if 0.0 < velocity < _SLOW or velocity > _FAST:
         yield (
             f"bodies.*.velocity: the impact has {velocity:.4g} m/s; a number is in "
@@ -189,6 +193,10 @@ def _warn_of_gauges(case: Case) -> Iterator[str]:
                 f"r = {gauge.r:g} m, z = {gauge.z:g} m, and no body is there; look at "
                 'r and z, or set kind = "fixed"'
             )
+
+
+def _has_gas(case: Case) -> bool:
+    return any(models.names["eos"] in GASES for models in case.material_table)
 
 
 def _us(time: float) -> str:

@@ -9,6 +9,7 @@ from pydantic import Field, create_model, model_validator
 
 from mpisph.inputs.quantities import PROSE, Density, Description, Fraction
 from mpisph.inputs.sourced import Sourced
+from mpisph.physics.eos import GASES
 from mpisph.physics.eos.linear import Linear
 from mpisph.physics.response import KINDS
 
@@ -83,7 +84,7 @@ class _Material(Sourced):
             return material
         for model in KINDS["eos"].values():
             constants = material.constants(model.name)
-            if constants is None:
+            if constants is None or model.name in GASES:
                 continue
             modulus = material.rho0 * constants.bulk_sound_speed(material.rho0) ** 2
             if _LEAST_MODULUS <= modulus <= _LARGEST_MODULUS:

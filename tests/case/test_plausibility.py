@@ -97,6 +97,22 @@ def test_one_body_alone_hits_nothing():
     assert keys(case_of(body("sphere", velocity=5e3))) == ["bodies"]
 
 
+@pytest.mark.parametrize("velocity", [0.0, 1.0, 1e5])
+@pytest.mark.parametrize("bodies", [1, 2])
+def test_a_gas_of_any_density_and_speed_has_none(velocity, bodies):
+    """Not even where c is 1 m/s: a gas moves by itself, and problems have no units."""
+    gas = {"rho0": 1.0, "strength": "none", "ideal-gas": {"gamma": 5 / 3, "c0": 1.0}}
+    tubes = [
+        body("cylinder", name=f"b{k}", material="gas", position=k * 10e-3)
+        for k in range(bodies)
+    ]
+    tubes[-1]["velocity"] = -velocity
+    case = case_of(*tubes, materials={"gas": gas}, scheme={"eos": "ideal-gas"})
+    assert find_warnings(case) == []
+    solid = {**gas, "eos": "linear", "linear": {"bulk_modulus": 1.0}}
+    assert find_warnings(case_of(*tubes, materials={"gas": solid})) != []
+
+
 @pytest.mark.parametrize(
     ("one", "other", "meets"),
     [

@@ -176,6 +176,13 @@ def test_a_bulk_modulus_that_is_not_given_is_computed():
     assert Material.model_validate(beyond).constants("linear") is None
 
 
+def test_a_gas_has_no_bulk_modulus():
+    raw = {"rho0": 1.0, "ideal-gas": {"gamma": 1.4, "c0": 1.2}}
+    gas = Material.model_validate(raw)
+    assert gas.constants("linear") is None
+    assert gas.sound_speed == 1.2
+
+
 def test_a_changed_sound_speed_changes_the_computed_bulk_modulus():
     """No card repeats what follows from its other constants."""
     raw = card_data("al-6061-t6")

@@ -2,7 +2,8 @@
 
 The equation ``pressure`` of a model returns the pressure [Pa] and its derivatives by
 density and by energy; the sound speed follows from them in one place. Its constants
-have a method ``bulk_sound_speed(rho0)``, the sound speed at rest [m/s].
+have a method ``bulk_sound_speed(rho0)``, the sound speed at rest [m/s], or for a gas a
+typical one.
 
 References
 ----------
@@ -17,7 +18,11 @@ MODELS = load_models(
         "mie_grueneisen",
         "linear",
         "tillotson",
+        "ideal_gas",
     ],
 )
+
+GASES = frozenset({"ideal-gas"})
+"""Models of matter that has no bulk modulus and expands without being hit."""
 
 pressure = choose("eos", "pressure", MODELS)
