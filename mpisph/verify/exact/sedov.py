@@ -41,8 +41,13 @@ class Sedov(NamedTuple):
     P: npt.NDArray[np.float64]
     alpha: float
 
+    @property
+    def jump(self) -> float:
+        """Density behind the shock over that ahead of it."""
+        return (self.gamma + 1.0) / (self.gamma - 1.0)
+
     def energy(self, radius: float, time: float) -> float:
-        """Return the energy whose shock is at `radius` at `time`, for a density of 1."""
+        """Return the energy whose shock is at a radius at a time; density 1."""
         return self.alpha * radius**5 / time**2
 
     def at(self, distance: npt.ArrayLike, radius: float, time: float) -> GasState:
@@ -51,7 +56,7 @@ class Sedov(NamedTuple):
         x = np.asarray(distance, dtype=np.float64) / radius
         speed = 0.4 * radius / time
         behind = (
-            (g + 1.0) / (g - 1.0) * np.interp(x, self.share, self.rho),
+            self.jump * np.interp(x, self.share, self.rho),
             2.0 / (g + 1.0) * speed * np.interp(x, self.share, self.u),
             2.0 / (g + 1.0) * speed**2 * np.interp(x, self.share, self.P),
         )

@@ -11,6 +11,10 @@ _MODULES = [
     "uniform_expansion",
     "sod",
     "strong_tube",
+    "noh_planar",
+    "noh_cylindrical",
+    "noh_spherical",
+    "sedov",
 ]
 
 PROBLEMS: dict[str, Problem] = {
