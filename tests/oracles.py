@@ -15,9 +15,11 @@ import pytest
 
 from mpisph.core.particles import Particles
 from mpisph.materials.model import TABLES
+from mpisph.physics.kernel import XI_FAR
 from mpisph.physics.response import MaterialModels, material_table, respond
 from mpisph.physics.scheme import SchemeConstants
-from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC
+from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC, PRINTED
+from mpisph.physics.viscosity import FAR_NODES, near_nodes
 from mpisph.sph.neighbours import make_lattice, sort_into_cells
 from mpisph.sph.rates import update_rates
 from mpisph.sph.sources import EXCHANGED, exchanged_fields, name_fields
@@ -88,6 +90,7 @@ def table_of(*matter):
 
 
 SCHEME = SchemeConstants(
+    lee2003=False,
     alpha=2.5,
     beta=1.5,
     epsilon=0.001,
@@ -170,13 +173,23 @@ def linear_pressure(rho, E, mat):
 
 def mie_grueneisen_pressure(rho, E, mat):
     """Hugoniot as the reference: P = P_H + Gamma rho (E - E_H)."""
-    m = rho / mat.rho0 - 1.0
-    a, k = mat.rho0 * mat.c0**2, mat.slope - 1.0
-    P_H = a * m
-    if m.real >= 0.0:
-        P_H = a * (m + (1.0 + 2.0 * k) * m**2 + (2.0 * k + 3.0 * k**2) * m**3)
-    E_H = 0.5 * P_H * (1.0 / mat.rho0 - 1.0 / rho)
-    return P_H + mat.gamma * rho * (E - E_H)
+    if rho.real < mat.rho0:
+        P_H = mat.c0**2 * (rho - mat.rho0)
+        E_H = 0.5 * P_H * (1.0 / mat.rho0 - 1.0 / rho)
+        return P_H + mat.gamma * rho * (E - E_H)
+    # By the strain x = 1 - rho0/rho: P_H = rho0 c0^2 x/(1 - s x)^2.
+    m_end = 0.8 / (mat.slope - 1.0)
+    x_end = m_end / (1.0 + m_end)
+    x = 1.0 - mat.rho0 / rho
+    stiff = mat.rho0 * mat.c0**2
+    if x.real <= x_end:
+        P_H = stiff * x / (1.0 - mat.slope * x) ** 2
+    else:
+        end = 1.0 - mat.slope * x_end
+        slope = stiff * (1.0 + mat.slope * x_end) / end**3 * (1.0 - x_end) ** 2
+        P_H = stiff * x_end / end**2 + slope * (rho / mat.rho0 - 1.0 - m_end)
+    E_H = 0.5 * P_H * x / mat.rho0
+    return P_H + mat.gamma * mat.rho0 * (E - E_H)
 
 
 def tillotson_pressure(rho, E, mat):
@@ -226,11 +239,17 @@ def pressure_and_sound_speed(rho, E, mat, scheme):
         "tillotson": math.sqrt(mat.A / mat.rho0),
     }[mat.eos]
     floor = scheme.sound_speed_floor * bulk
-    c2 = P_rho + P * P_E / rho**2
-    c = math.sqrt(c2) if c2 > floor**2 else floor
     if mat.P_min_mode != "off" and mat.P_min > P:
         P = {"clamp": mat.P_min, "zero": 0.0}[mat.P_min_mode]
+    c2 = P_rho + P * P_E / rho**2
+    c = math.sqrt(c2) if c2 > floor**2 else floor
     return P, c
+
+
+def is_torn(rho, E, mat):
+    """Say whether the tensile limit acts: such matter carries no shear."""
+    limited = mat.P_min_mode != "off"
+    return limited and pressure_and_slopes(rho, E, mat)[0] < mat.P_min
 
 
 # -- Tensors in the order r (or x), theta (or y), z
@@ -246,14 +265,22 @@ def jaumann(L, S, mu):
     return 2.0 * mu * (D - np.trace(D) / 3.0 * np.eye(3)) + W @ S - S @ W
 
 
+def corrected(L, K):
+    """Return the gradient of which L is the sum, or L where that cannot be told."""
+    plane = np.linalg.det(K[::2, ::2])
+    return L @ np.linalg.inv(K) if plane > 0.1 and K[1, 1] > 0.1 else L
+
+
 # -- Particles
 
 
-def cloud(n, seed, r_min=0.0, extent=12e-3, h=2e-3, h_spread=1.5, n_materials=1):
+def cloud(
+    n, seed, r_min=0.0, extent=12e-3, h=2e-3, h_spread=1.5, n_materials=1, section=1e-6
+):
     """Return particles at random places with random states.
 
     The smoothing lengths lie between `h` and ``h * h_spread``, the radii between
-    `r_min` and ``r_min + extent``.
+    `r_min` and ``r_min + extent``, the sections between half and twice `section`.
     """
     rng = np.random.default_rng(seed)
     p = Particles.zeros(n)
@@ -264,7 +291,7 @@ def cloud(n, seed, r_min=0.0, extent=12e-3, h=2e-3, h_spread=1.5, n_materials=1)
     p.h[:] = h * h_spread ** rng.uniform(0.0, 1.0, n)
     rho0 = np.array([ALUMINIUM.rho0, COPPER.rho0])[p.material]
     p.rho[:] = rho0 * rng.uniform(0.9, 1.2, n)
-    p.m[:] = 2.0 * np.pi * p.r * p.rho * 1e-6 * rng.uniform(0.5, 2.0, n)
+    p.m[:] = 2.0 * np.pi * p.r * p.rho * section * rng.uniform(0.5, 2.0, n)
     p.E[:] = rng.uniform(-1e5, 3e6, n)
     p.u_r[:], p.u_z[:] = rng.uniform(-4e3, 4e3, (2, n))
     p.stress[:] = rng.uniform(-5e9, 5e9, (3, n))
@@ -307,6 +334,8 @@ def evaluate(
         G,
         p.rates,
         p.div,
+        p.damping,
+        p.crowding,
         p.neighbours,
         skip_quiescent,
     )
@@ -320,8 +349,12 @@ class BruteForce:
     ----------
     L, dS : ndarray, shape (n, 3, 3)
         Velocity gradient and rate of the stress deviator.
+    K : ndarray, shape (n, 3, 3)
+        Moments: the velocity gradient of u = x.
     du, dE, drho, dh : ndarray
         Rates; du has shape (n, 3), the others (n,).
+    damping, crowding : ndarray, shape (n,)
+        Viscous signal speed, and kernel sum over density.
     count : ndarray, shape (n,)
         Number of rings in each sum.
     """
@@ -339,22 +372,32 @@ class BruteForce:
         self.sigma = P[:, None, None] * np.eye(3) - S
         closing = np.where(p.div < 0.0, -2.0 * p.div, 0.0)
         self.zeta = scheme.g1 * p.h * self.c + scheme.g2 * p.h**2 * closing
+        self.eta = p.rho / np.array([mat.rho0 for mat in mats])
         sums = [self._ring(a) for a in range(p.n)]
-        self.L, self.du, self.dE, self.count = (
+        self.L, self.K, self.du, self.dE, self.damping, self.crowding, self.count = (
             np.array(x) for x in zip(*sums, strict=True)
         )
-        div = np.trace(self.L, axis1=1, axis2=2)
-        self.drho = -p.rho * div
-        mu = [mat.mu for mat in mats]
+        div, hoop = np.trace(self.L, axis1=1, axis2=2), self.L[:, 1, 1]
+        crowded = (self.crowding > 1.1) & (div > 0.0)
+        self.div = np.where(crowded, 0.0, div)
+        self.drho = -p.rho * self.div
+        state = zip(p.rho.tolist(), p.E.tolist(), mats, strict=True)
+        mu = [0.0 if is_torn(*each) else each[2].mu for each in state]
         self.dS = np.array(
-            [jaumann(*tensors) for tensors in zip(self.L, S, mu, strict=True)]
+            [
+                jaumann(corrected(L, K), s, G)
+                for L, K, s, G in zip(self.L, self.K, S, mu, strict=True)
+            ]
         )
-        hoop = p.u_r / p.r * (1.0 / (1.0 + (0.01 * p.h / p.r) ** 2))
-        relative = {CLASSIC: div, AXISYMMETRIC: div - hoop}
+        relative = {
+            CLASSIC: self.div,
+            AXISYMMETRIC: np.where(crowded, 0.0, div - hoop),
+            PRINTED: self.div - p.u_r / p.r,
+        }
         self.dh = 0.5 * p.h * relative.get(scheme.smoothing, np.zeros(p.n))
 
     def _ring(self, a):
-        """Return L, du, dE of particle a and the number of rings it sees."""
+        """Return all that is summed for particle a, and the number of rings it sees."""
         p, scheme = self.p, self.scheme
         h = 0.5 * (p.h[a] + p.h)
         apart2 = (p.r[a] - p.r) ** 2 + (p.z[a] - p.z) ** 2
@@ -379,40 +422,65 @@ class BruteForce:
         W = gaussian_3d((apart**2).sum(-1), h[:, None])
         grad = -2.0 / h[:, None, None] ** 2 * apart * W[..., None]
         mean = W.mean(1)
-        Pi, N = self._viscosity(a, b, h, W, mean, apart, closing)
 
-        m, rho = p.m[b], p.rho[b]
+        m, rho, eta = p.m[b], p.rho[b], self.eta[b] / self.eta[a]
         n = self.points
-        L = np.einsum("b,bti,btj->ij", m / rho / n, -closing, grad)
-        s_a = self.sigma[a] / p.rho[a] ** 2
-        s_b = sigma_b / rho[:, None, None, None] ** 2
-        stress = s_a + s_b + Pi[:, None, None, None] * np.eye(3)
-        du = -np.einsum("b,btij,btj->i", m / n, stress, grad)
-        dE = np.einsum("b,ij,bti,btj->", m / n, s_a, closing, grad)
-        F = -2.0 / h**2
-        if scheme.printed:  # heat goes by the same N as the force
-            dE += 0.5 * (m * Pi * F * mean * N).sum()
+        if scheme.lee2003:
+            by_volume = m / rho
+            own, other = m / p.rho[a] ** 2, m / rho**2
         else:
-            dE += 0.5 * np.einsum("b,bti,bti->", m / n * Pi, closing, grad)
+            compressed = p.div[a] < 0.0, p.div[b] < 0.0
+            by_volume = m / rho * (eta if compressed[0] else 1.0)
+            own = by_volume / p.rho[a]
+            other = m / rho / p.rho[a] * np.where(compressed[1], 1.0 / eta, 1.0)
+        L = np.einsum("b,bti,btj->ij", by_volume / n, -closing, grad)
+        K = np.einsum("b,bti,btj->ij", by_volume / n, -apart, grad)
+        du = -np.einsum("b,ij,btj->i", own / n, self.sigma[a], grad)
+        du -= np.einsum("b,btij,btj->i", other / n, sigma_b, grad)
+        dE = np.einsum("b,ij,bti,btj->", own / n, self.sigma[a], closing, grad)
 
-        zeta, rho_ab = 0.5 * (self.zeta[a] + self.zeta[b]), 0.5 * (p.rho[a] + rho)
+        F = -2.0 / h**2
+        rho_ab = 0.5 * (p.rho[a] + rho)
+        c_ab = 0.5 * (self.c[a] + self.c[b])
+        damping = 0.0
+        for share, N, x, D in self._approach(a, b, h, W, mean):
+            mu = np.where(N < 0.0, h * N / (D + scheme.epsilon * h**2), 0.0)
+            Pi = share * (-scheme.alpha * c_ab * mu + scheme.beta * mu**2) / rho_ab
+            du[[0, 2]] -= (m * F * mean * Pi) @ x
+            dE += 0.5 * (m * F * mean * Pi * N).sum()
+            speed = share * (scheme.alpha * c_ab - scheme.beta * mu)
+            damping += (m / rho_ab * mean * speed).sum()
+
+        zeta = 0.5 * (self.zeta[a] + self.zeta[b])
         flow = 2.0 * zeta / rho_ab * (p.E[a] - p.E[b]) * F * mean
-        return L, du, dE + (m * flow).sum(), b.size
+        crowding = (m / rho * eta * mean).sum()
+        return L, K, du, dE + (m * flow).sum(), damping, crowding, b.size
 
-    def _viscosity(self, a, b, h, W, mean, apart, closing):
-        """Return Pi and N of each pair from averages over the angle (R5)."""
-        p, scheme = self.p, self.scheme
-        N = ((closing * apart).sum(-1) * W).mean(1) / mean
-        if scheme.printed:
-            cos = ring_points(p.r[b, None], self.points)[2]
-            q = ((1.0 - cos) * W).mean(1) / mean
-            N = (p.r[a] - p.r[b]) * (p.u_r[a] - p.u_r[b])
-            N += (p.z[a] - p.z[b]) * (p.u_z[a] - p.u_z[b])
-            N += (p.r[a] * p.u_r[a] + p.r[b] * p.u_r[b]) * q
-        D = ((apart**2).sum(-1) * W).mean(1) / mean + scheme.epsilon * h**2
-        mu = np.where(N < 0.0, h * N / D, 0.0)
-        c, rho = 0.5 * (self.c[a] + self.c[b]), 0.5 * (p.rho[a] + p.rho[b])
-        return (-scheme.alpha * c * mu + scheme.beta * mu**2) / rho, N
+    def _approach(self, a, b, h, W, mean):
+        """Yield the nodes of each pair (R5): weight, N, r-z distance, its square.
+
+        Away from the axis a node is a point of ring b, at the angle that it states.
+        """
+        p, printed = self.p, self.scheme.printed
+        cos = ring_points(p.r[b, None], self.points)[2]
+        q = ((1.0 - cos) * W).mean(1) / mean
+        xi = 2.0 * p.r[a] * p.r[b] / h**2
+        near = np.array([near_nodes.py_func(each) for each in q]).T
+        nodes = np.where(xi < XI_FAR, near, np.array(FAR_NODES)[:, None])
+        if printed:
+            nodes = np.ones_like(nodes)
+        for tau, share in ((nodes[0], nodes[2]), (nodes[1], 1.0 - nodes[2])):
+            cos = 1.0 - tau * q
+            x = np.array([p.r[a] - p.r[b] * cos, p.z[a] - p.z[b]])
+            # (u_a - u_b).(x_a - x_b) of points at these angles.
+            N = p.r[a] * p.u_r[a] + p.r[b] * p.u_r[b]
+            N = N - (p.r[a] * p.u_r[b] + p.r[b] * p.u_r[a]) * cos
+            if printed:
+                N = (p.r[a] * p.u_r[a] + p.r[b] * p.u_r[b]) * q
+                N += (p.r[a] - p.r[b]) * (p.u_r[a] - p.u_r[b])
+            N = N + x[1] * (p.u_z[a] - p.u_z[b])
+            D = p.r[a] ** 2 + p.r[b] ** 2 - 2.0 * p.r[a] * p.r[b] * cos + x[1] ** 2
+            yield share, N, x.T, D
 
 
 # -- Comparisons

@@ -48,7 +48,7 @@ PRINTED_NODES = Nodes(1.0, 1.0, 1.0)
 def near_nodes(q):
     """Return the nodes of a pair with ``xi < XI_FAR`` (R5).
 
-    Polynomials in q, fitted between ``xi = 0.002`` and 400 (scripts/viscosity_nodes.py).
+    Fits in q for xi from 0.002 to 400 (scripts/viscosity_nodes.py).
     """
     q2 = q * q
     q4 = q2 * q2
@@ -84,7 +84,7 @@ def hoop_approach(r_a, r_b, u_r_a, u_r_b, q, printed):
 
 @njit(**INLINE)
 def closing(N):
-    """Return N of approaching points, zero of receding ones; what is no number stays."""
+    """Return N of approaching points, 0 of receding ones; what is no number stays."""
     return 0.0 if N > 0.0 else N
 
 

@@ -1,8 +1,85 @@
-"""The velocity gradient corrected for missing and uneven neighbours (R7)."""
+"""The velocity gradient: sums over neighbours, and what they make (R2, R7)."""
+
+from typing import NamedTuple
 
 from numba import njit
 
-from mpisph.core.jit import EXACT
+from mpisph.core.jit import EXACT, INLINE
+
+
+class GradientSums(NamedTuple):
+    """Sums over neighbours with one weight, each a multiple of V_b F (R2).
+
+    Attributes
+    ----------
+    u_y, u_s, u_z : float
+        Sums of u_r,b times y, r_b s2 and z A1 [1/s].
+    v_x, v_z : float
+        Sums of u_z,b - u_z,a times x and z A0 [1/s].
+    r_y, r_s, z_x, z_z : float
+        The same of positions: r_b times y and r_b s2; z_b - z_a times x and z A0.
+    x, z : float
+        Sums of x and z A0 [1/m].
+    """
+
+    u_y: float
+    u_s: float
+    u_z: float
+    v_x: float
+    v_z: float
+    r_y: float
+    r_s: float
+    z_x: float
+    z_z: float
+    x: float
+    z: float
+
+
+NO_SUMS = GradientSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@njit(**INLINE)
+def gradient_terms(a, b, w, averages, dz):
+    """Return what ring b adds to the sums of ring a with weight `w` (R2).
+
+    `averages` holds x, y, r_b s2, z A0 and z A1, each times V_b F.
+    """
+    x, y, s, z_A0, z_A1 = averages
+    x, y, s, z_A0, z_A1 = w * x, w * y, w * s, w * z_A0, w * z_A1
+    du_z = b.u_z - a.u_z
+    return GradientSums(
+        b.u_r * y, b.u_r * s, b.u_r * z_A1, du_z * x, du_z * z_A0,
+        b.r * y, b.r * s, -dz * x, -dz * z_A0, x, z_A0,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def added(s, t):
+    """Return the sums `s` with the terms `t`."""
+    return GradientSums(
+        s.u_y + t.u_y, s.u_s + t.u_s, s.u_z + t.u_z, s.v_x + t.v_x, s.v_z + t.v_z,
+        s.r_y + t.r_y, s.r_s + t.r_s, s.z_x + t.z_x, s.z_z + t.z_z,
+        s.x + t.x, s.z + t.z,
+    )  # fmt: skip
+
+
+@njit(**EXACT)
+def velocity_gradient(s, a):
+    """Return L_rr, L_tt, L_rz, L_zr, L_zz of ring a (R2) [1/s]."""
+    return (
+        s.u_y + s.u_s - a.u_r * s.x,
+        -s.u_s,
+        s.u_z - a.u_r * s.z,
+        s.v_x,
+        s.v_z,
+    )
+
+
+@njit(**EXACT)
+def moments(s, a):
+    """Return K_rr, K_tt, K_rz, K_zz of ring a: R2 of positions, for velocities (R7)."""
+    return s.r_y + s.r_s - a.r * s.x, -s.r_s, s.z_x, s.z_z
+
 
 SOUND = 0.1
 """Determinant of the moments in the r-z plane, and hoop moment, up to which a particle
@@ -11,24 +88,22 @@ edge, and 0 for a particle alone."""
 
 
 @njit(**EXACT)
-def corrected_gradient(s):
-    """Return L_rr, L_tt, L_rz, L_zr, L_zz (R7), exact for linear velocities [1/s].
+def corrected_gradient(L, K):
+    """Return the five components of L, exact for linear velocities (R7) [1/s].
 
     The sums of R2 are ``L = G K``, where G is the gradient and K the same sums over
     positions. Where K is singular, L itself is returned.
-
-    Parameters
-    ----------
-    s : PairSums
     """
-    det = s.K_rr * s.K_zz - s.K_rz * s.K_rz
-    if not (det > SOUND and s.K_tt > SOUND):
-        return s.L_rr, s.L_tt, s.L_rz, s.L_zr, s.L_zz
-    rr, zz, rz = s.K_zz / det, s.K_rr / det, -s.K_rz / det
+    L_rr, L_tt, L_rz, L_zr, L_zz = L
+    K_rr, K_tt, K_rz, K_zz = K
+    det = K_rr * K_zz - K_rz * K_rz
+    if not (det > SOUND and K_tt > SOUND):
+        return L
+    rr, zz, rz = K_zz / det, K_rr / det, -K_rz / det
     return (
-        s.L_rr * rr + s.L_rz * rz,
-        s.L_tt / s.K_tt,
-        s.L_rr * rz + s.L_rz * zz,
-        s.L_zr * rr + s.L_zz * rz,
-        s.L_zr * rz + s.L_zz * zz,
+        L_rr * rr + L_rz * rz,
+        L_tt / K_tt,
+        L_rr * rz + L_rz * zz,
+        L_zr * rr + L_zz * rz,
+        L_zr * rz + L_zz * zz,
     )

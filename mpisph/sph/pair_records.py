@@ -18,8 +18,8 @@ class PairRecord(NamedTuple):
     Chosen so that the loop over pairs multiplies little: `half_h` and `half_rho` add up
     to the pair's means, `half_alpha_c` (alpha c/2) and `zeta` to those of alpha c and,
     doubled, of zeta; `root` is ``r^(-1/2)``, `V_F` is ``-2 m/rho``, which is V F h^2;
-    `s_..` is sigma, compression positive, and `s_tr` is ``s_tt - s_rr``; `share` is
-    theta/eta (R3).
+    `s_..` is sigma, compression positive, and `s_tr` is ``s_tt - s_rr``. `eta` is
+    rho/rho0, negative where theta is zero (R3).
     """
 
     r: float
@@ -31,17 +31,13 @@ class PairRecord(NamedTuple):
     V_F: float
     half_rho: float
     eta: float
-    share: float
     half_alpha_c: float
+    E: float
     zeta: float
     s_rr: float
     s_tr: float
     s_zz: float
     s_rz: float
-    E: float
-    spare_1: float
-    spare_2: float
-    spare_3: float
 
 
 RECORD_FIELDS = len(PairRecord._fields)
@@ -59,7 +55,7 @@ def write_pair_records(sources, order, table, scheme, records):
     table : structured ndarray
         Material constants.
     scheme : SchemeConstants
-    records : ndarray, shape (n, 20)
+    records : ndarray, shape (n, 16)
         Written.
     """
     for i in range(order.size):
@@ -67,7 +63,7 @@ def write_pair_records(sources, order, table, scheme, records):
         rho, E, h = sources.rho[k], sources.E[k], sources.h[k]
         P, c, div = sources.P[k], sources.c[k], sources.div[k]
         S_rr, S_zz, S_rz = sources.S_rr[k], sources.S_zz[k], sources.S_rz[k]
-        eta = rho if scheme.lee2003 else rho / table[sources.material[k]].rho0
+        eta = rho / table[sources.material[k]].rho0
         ring = records[i]
         ring[0] = sources.r[k]
         ring[1] = sources.z[k]
@@ -77,16 +73,14 @@ def write_pair_records(sources, order, table, scheme, records):
         ring[5] = sources.u_z[k]
         ring[6] = -2.0 * sources.m[k] / rho
         ring[7] = 0.5 * rho
-        ring[8] = eta
-        ring[9] = 1.0 / eta if scheme.lee2003 or div < 0.0 else 0.0
-        ring[10] = 0.5 * scheme.alpha * c
+        ring[8] = eta if div < 0.0 else -eta
+        ring[9] = 0.5 * scheme.alpha * c
+        ring[10] = E
         ring[11] = diffusivity(scheme.g1, scheme.g2, h, c, div)
         ring[12] = P - S_rr
         ring[13] = 2.0 * S_rr + S_zz
         ring[14] = P - S_zz
         ring[15] = -S_rz
-        ring[16] = E
-        ring[17] = ring[18] = ring[19] = 0.0
 
 
 @njit(**EXACT)
@@ -95,5 +89,5 @@ def record_at(records, i):
     x = records[i]
     return PairRecord(
         x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9],
-        x[10], x[11], x[12], x[13], x[14], x[15], x[16], x[17], x[18], x[19],
+        x[10], x[11], x[12], x[13], x[14], x[15],
     )  # fmt: skip

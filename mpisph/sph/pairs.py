@@ -22,6 +22,13 @@ from mpisph.physics.viscosity import (
     near_nodes,
     viscous_pressure,
 )
+from mpisph.sph.gradient import (
+    NO_SUMS,
+    GradientSums,
+    added,
+    gradient_terms,
+    velocity_gradient,
+)
 from mpisph.sph.pair_records import RECORD_FIELDS, PairRecord, record_at
 
 LANES = 8
@@ -37,44 +44,27 @@ VOLUME = PairRecord._fields.index("V_F") % GROUP
 
 
 class PairSums(NamedTuple):
-    """Sums of one particle over its neighbours, weighted by V_b F.
+    """Sums of one particle over its neighbours, weighted by V_b F, SI units.
 
     Attributes
     ----------
-    L_rr, L_tt, L_rz, L_zr, L_zz : float
-        Velocity gradient (R2) [1/s].
-    M_rr, M_tt, M_rz, M_zz : float
-        Velocity gradient that the stress works on (R4), both shears in `M_rz` [1/s].
-    K_rr, K_tt, K_rz, K_zz : float
-        Moments: the sums of R2 over positions in place of velocities.
+    continuity, stress : GradientSums
+        With the weights of the continuity equation, and with those of the particle's
+        own stress.
     f_r, f_z : float
-        Forces a density, of the neighbours' stress and of viscosity, and (`X`, `Z`) a
-        unit of the particle's own stress (R3) [N/m3, 1/m].
+        Force of the neighbours' stress and of viscosity (R3, R5) [N/m3].
     heat : float
-        Heating by viscosity and artificial heat (R4, R6) [W/m3].
+        Heating by viscosity and artificial heat, doubled (R4, R6) [W/m3].
     damping : float
-        Viscous signal speed (R11) [m/s].
+        Viscous signal speed, over -h^2 F/2 (R11) [m3/s].
     crowding : float
-        ``sum V_b eta_b <W>``, in eta the kernel sum (R2).
+        Kernel sum in eta, over -h^2 F/2 (R2) [m2].
     """
 
-    L_rr: float
-    L_tt: float
-    L_rz: float
-    L_zr: float
-    L_zz: float
-    M_rr: float
-    M_tt: float
-    M_rz: float
-    M_zz: float
-    K_rr: float
-    K_tt: float
-    K_rz: float
-    K_zz: float
+    continuity: GradientSums
+    stress: GradientSums
     f_r: float
     f_z: float
-    X: float
-    Z: float
     heat: float
     damping: float
     crowding: float
@@ -113,143 +103,122 @@ def pack_neighbours(records, index, n, rows):
     padded = LANES * ((n + LANES - 1) // LANES)
     for k in range(n, padded):
         index[k] = index[0]
-    place, motion, state, stress, rest = rows[0], rows[1], rows[2], rows[3], rows[4]
+    place, motion, state, stress = rows[0], rows[1], rows[2], rows[3]
     for k in range(padded):
         x = record_at(records, np.uint64(index[k]))
-        _put(x, np.uint64(k), place, motion, state, stress, rest)
+        _put(x, np.uint64(k), place, motion, state, stress)
     for k in range(n, padded):
         motion[k, VOLUME] = 0.0
     return padded
 
 
 @njit(**EXACT)
-def _put(x, k, place, motion, state, stress, rest):
+def _put(x, k, place, motion, state, stress):
     """Write a ring into place `k` of the five groups, each of shape (length, 4)."""
     row = place[k]
     row[0], row[1], row[2], row[3] = x.r, x.z, x.half_h, x.root
     row = motion[k]
     row[0], row[1], row[2], row[3] = x.u_r, x.u_z, x.V_F, x.half_rho
     row = state[k]
-    row[0], row[1], row[2], row[3] = x.eta, x.share, x.half_alpha_c, x.zeta
+    row[0], row[1], row[2], row[3] = x.eta, x.half_alpha_c, x.E, x.zeta
     row = stress[k]
     row[0], row[1], row[2], row[3] = x.s_rr, x.s_tr, x.s_zz, x.s_rz
-    row = rest[k]
-    row[0], row[1], row[2], row[3] = x.E, x.spare_1, x.spare_2, x.spare_3
 
 
 @njit(**INLINE)
-def gradient_terms(a, b, w, kernel, dz):
-    """Return the terms of L and K that ring b adds to ring a (R2), times `w`.
-
-    `kernel` holds x, y + r_b s2, r_b s2, z A0 and z A1.
-    """
-    x, y, b_s2, z_A0, z_A1 = kernel
-    x, y, b_s2, z_A0, z_A1 = w * x, w * y, w * b_s2, w * z_A0, w * z_A1
-    du_z = a.u_z - b.u_z
-    return (
-        b.u_r * y - a.u_r * x,
-        -b.u_r * b_s2,
-        b.u_r * z_A1 - a.u_r * z_A0,
-        -du_z * x,
-        -du_z * z_A0,
-        b.r * y - a.r * x,
-        -b.r * b_s2,
-        -dz * x,
-        -dz * z_A0,
-    )
-
-
-@njit(**INLINE)
-def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, scheme, lee2003):
-    """Return the terms of `PairSums` that ring b adds to ring a (R2, R3, R4, R5, R6).
+def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, theta_a, scheme, lee2003):
+    """Return what ring b adds to the sums of ring a (R2, R3, R4, R5, R6).
 
     Parameters
     ----------
     a, b : PairRecord
     kernel : tuple of float
         ``V_b F`` times A0, A1 and s2; q and ratio (R1).
-    nodes : Nodes
-        Of the average over the angle (R5).
+    nodes : tuple of float
+        Of the average over the angle (see `viscosity.Nodes`).
     dr, dz, d2 : float
         Differences a - b [m] and their squares' sum [m2].
     h : float
         Pair mean of h [m].
+    theta_a : float
+        theta of ring a over its eta, or over its density (R3).
     scheme : SchemeConstants
     lee2003 : None or bool
-        None compiles the form in which continuity and stress have the same weights.
+        See `pair_sums`.
+
+    Returns
+    -------
+    averages : tuple of float
+        x, y, r_b s2, z A0 and z A1 (R2).
+    w_a : float
+        Weight of a's stress (R3).
+    f_r, f_z, heat, damping, crowding : float
+        Terms of `PairSums`.
     """
     A0, A1, s2, q, ratio = kernel
     A0_q = A0 * q
     dr_A1 = dr * A1
     x = a.r * A0_q + dr_A1
     y = dr_A1 - b.r * A0_q
-    a_s2, b_s2 = a.r * s2, b.r * s2
     z_A0, z_A1 = dz * A0, dz * A1
-    du_r, du_z = a.u_r - b.u_r, a.u_z - b.u_z
-
-    # Weights of a's stress and of b's (R3).
-    d_eta = b.eta - a.eta
-    w_a = 1.0 + a.share * d_eta
-    w_b = 1.0 - b.share * d_eta
-    averages = (x, y + b_s2, b_s2, z_A0, z_A1)
-    if lee2003 is None:
-        L = gradient_terms(a, b, w_a, averages, dz)
-        M = L
-    else:
-        L = gradient_terms(a, b, 1.0, averages, dz)
-        M = gradient_terms(a, b, w_a, averages, dz)
 
     # Viscosity: at each node the approach N and the squared distance D.
     tau_1, tau_2, w_1 = nodes
     h2 = h * h
-    N = dr * du_r + dz * du_z
+    N = dr * (a.u_r - b.u_r) + dz * (a.u_z - b.u_z)
     N_hoop = hoop_approach(a.r, b.r, a.u_r, b.u_r, q, scheme.printed)
     D = d2 + scheme.epsilon * h2
     D_hoop = ratio * h2
     N_1, N_2 = N + tau_1 * N_hoop, N + tau_2 * N_hoop
     D_1, D_2 = D + tau_1 * D_hoop, D + tau_2 * D_hoop
     rho = a.half_rho + b.half_rho
+    b_eta = abs(b.eta)
+    ratio_a = abs(a.eta) if lee2003 is None else a.half_rho
+    ratio_b = b_eta if lee2003 is None else b.half_rho
     D_12 = D_1 * D_2
-    inv = 1.0 / (D_12 * rho)  # one division for all
-    inv_rho = D_12 * inv
-    h_inv = h * rho * inv
+    D_rho = D_12 * rho
+    inv = 1.0 / (D_rho * ratio_b)  # one division for all
+    inv_ratio_b = inv * D_rho
+    inv_D_rho = inv * ratio_b
+    b_share = b.half_rho * (D_12 * inv_D_rho)
+    scale = 4.0 * a.half_rho * b_share
+    h_inv = h * rho * inv_D_rho
     mu_1 = closing(N_1) * (D_2 * h_inv)
     mu_2 = closing(N_2) * (D_1 * h_inv)
     alpha_c = a.half_alpha_c + b.half_alpha_c
-    b_share = 2.0 * b.half_rho * inv_rho
-    scale = 2.0 * a.half_rho * b_share
     P_1 = viscous_pressure(mu_1, alpha_c, scheme.beta, w_1 * scale)
     P_2 = viscous_pressure(mu_2, alpha_c, scheme.beta, (1.0 - w_1) * scale)
+    P = P_1 + P_2
     P_hoop = q * (tau_1 * P_1 + tau_2 * P_2)
-    P_12 = P_1 + P_2
     mu = mu_2 + w_1 * (mu_1 - mu_2)
-    W_V = -0.5 * h2 * A0
-    flow = heat_flow(a.zeta + b.zeta, scale, a.E, b.E)
+    flow = heat_flow(a.zeta + b.zeta, 2.0 * scale, a.E, b.E)
 
-    bw_rz = w_b * b.s_rz
-    bw_rr = w_b * b.s_rr
-    return PairSums(
-        L[0], L[1], L[2], L[3], L[4],
-        M[0], M[1], M[2] + M[3], M[4],
-        L[5], L[6], L[7], L[8],
-        bw_rr * x + w_b * b.s_tr * a_s2 + bw_rz * z_A1 + A0 * (dr * P_12 + b.r * P_hoop),
-        (w_b * b.s_zz + P_12) * z_A0 + bw_rz * y,
-        w_a * x,
-        w_a * z_A0,
-        A0 * (0.5 * (P_1 * N_1 + P_2 * N_2) + flow),
-        W_V * b_share * (alpha_c - scheme.beta * mu),
-        W_V * b.eta,
-    )  # fmt: skip
+    # Weights of a's stress and of b's.
+    d_ratio = ratio_b - ratio_a
+    theta_b = inv_ratio_b if lee2003 is not None or b.eta > 0.0 else 0.0
+    w_a, w_b = 1.0 + theta_a * d_ratio, 1.0 - theta_b * d_ratio
+    stress_r = b.s_rr * x + b.s_tr * (a.r * s2) + b.s_rz * z_A1
+    stress_z = b.s_zz * z_A0 + b.s_rz * y
+    h2_A0 = h2 * A0
+    return (
+        (x, y, b.r * s2, z_A0, z_A1),
+        w_a,
+        w_b * stress_r + A0 * (dr * P + b.r * P_hoop),
+        w_b * stress_z + z_A0 * P,
+        A0 * (P_1 * N_1 + P_2 * N_2 + flow),
+        h2_A0 * b_share * (alpha_c - scheme.beta * mu),
+        h2_A0 * b_eta,
+    )
 
 
 @njit(**INLINE)
 def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
-    """Sum `pair_terms` over the first `n` packed neighbours.
+    """Sum over the first `n` packed neighbours.
 
     Parameters
     ----------
     a : PairRecord
-    buffer : ndarray, shape (5, >= 4 n)
+    buffer : ndarray, shape (4, >= 4 n)
         The packed neighbours.
     n : int
         A multiple of `LANES`.
@@ -257,7 +226,8 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
     near_axis : None or bool
         None compiles the loop for rings with xi >= XI_FAR only.
     lee2003 : None or bool
-        See `pair_terms`.
+        None compiles the consistent form, in which continuity has the weights of the
+        stress; else these are those of eqs (5), (6) (R3).
 
     Returns
     -------
@@ -266,14 +236,15 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
         Number of pairs with xi < XI_FAR, for which the loop without near axis is not
         good; zero from the other.
     """
-    place, motion, state = buffer[0], buffer[1], buffer[2]
-    stress, rest = buffer[3], buffer[4]
+    place, motion, state, stress = buffer[0], buffer[1], buffer[2], buffer[3]
     root_a = 0.7071067811865476 * a.root
+    if lee2003 is None:
+        theta_a = 1.0 / a.eta if a.eta > 0.0 else 0.0
+    else:
+        theta_a = 1.0 / a.half_rho
     far_nodes = PRINTED_NODES if scheme.printed else FAR_NODES
-    L_rr = L_tt = L_rz = L_zr = L_zz = 0.0
-    M_rr = M_tt = M_rz = M_zz = 0.0
-    K_rr = K_tt = K_rz = K_zz = 0.0
-    f_r = f_z = X = Z = heat = damping = crowding = 0.0
+    own = volume = NO_SUMS
+    f_r = f_z = heat = damping = crowding = 0.0
     close = 0.0
     for k in range(n):
         b = PairRecord(
@@ -281,7 +252,6 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
             motion[4 * k], motion[4 * k + 1], motion[4 * k + 2], motion[4 * k + 3],
             state[4 * k], state[4 * k + 1], state[4 * k + 2], state[4 * k + 3],
             stress[4 * k], stress[4 * k + 1], stress[4 * k + 2], stress[4 * k + 3],
-            rest[4 * k], 0.0, 0.0, 0.0,
         )  # fmt: skip
         dr = a.r - b.r
         dz = a.z - b.z
@@ -306,51 +276,37 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
                 1.0 if scheme.printed else near[1],
                 1.0 if scheme.printed else near[2],
             )
-        t = pair_terms(a, b, kernel, nodes, dr, dz, d2, h, scheme, lee2003)
-        L_rr += t.L_rr
-        L_tt += t.L_tt
-        L_rz += t.L_rz
-        L_zr += t.L_zr
-        L_zz += t.L_zz
-        M_rr += t.M_rr
-        M_tt += t.M_tt
-        M_rz += t.M_rz
-        M_zz += t.M_zz
-        K_rr += t.K_rr
-        K_tt += t.K_tt
-        K_rz += t.K_rz
-        K_zz += t.K_zz
-        f_r += t.f_r
-        f_z += t.f_z
-        X += t.X
-        Z += t.Z
-        heat += t.heat
-        damping += t.damping
-        crowding += t.crowding
-    sums = PairSums(
-        L_rr, L_tt, L_rz, L_zr, L_zz, M_rr, M_tt, M_rz, M_zz, K_rr, K_tt, K_rz, K_zz,
-        f_r, f_z, X, Z, heat, damping, crowding,
-    )  # fmt: skip
-    return sums, close
+        averages, w_a, t_r, t_z, t_heat, t_damping, t_crowding = pair_terms(
+            a, b, kernel, nodes, dr, dz, d2, h, theta_a, scheme, lee2003
+        )
+        own = added(own, gradient_terms(a, b, w_a, averages, dz))
+        if lee2003 is not None:
+            volume = added(volume, gradient_terms(a, b, 1.0, averages, dz))
+        f_r += t_r
+        f_z += t_z
+        heat += t_heat
+        damping += t_damping
+        crowding += t_crowding
+    continuity = own if lee2003 is None else volume
+    return PairSums(continuity, own, f_r, f_z, heat, damping, crowding), close
 
 
 @njit(**EXACT)
 def acceleration(sums, a):
     """Return du_r/dt and du_z/dt (R3, R5) [m/s2]."""
+    own = sums.stress
     inv_rho = 0.5 / a.half_rho
     return (
-        -inv_rho * (sums.f_r + a.s_rr * sums.X + a.s_rz * sums.Z),
-        -inv_rho * (sums.f_z + a.s_rz * sums.X + a.s_zz * sums.Z),
+        -inv_rho * (sums.f_r + a.s_rr * own.x + a.s_rz * own.z),
+        -inv_rho * (sums.f_z + a.s_rz * own.x + a.s_zz * own.z),
     )
 
 
 @njit(**EXACT)
 def heating(sums, a):
     """Return dE/dt (R4, R6): the work of a's own stress, viscosity and heat [W/kg]."""
+    M_rr, M_tt, M_rz, M_zr, M_zz = velocity_gradient(sums.stress, a)
     work = (
-        a.s_rr * (sums.M_rr + sums.M_tt)
-        + a.s_tr * sums.M_tt
-        + a.s_rz * sums.M_rz
-        + a.s_zz * sums.M_zz
+        a.s_rr * (M_rr + M_tt) + a.s_tr * M_tt + a.s_rz * (M_rz + M_zr) + a.s_zz * M_zz
     )
-    return 0.5 / a.half_rho * (sums.heat - work)
+    return 0.5 / a.half_rho * (0.5 * sums.heat - work)

@@ -17,7 +17,7 @@ from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import smoothing_rate
 from mpisph.physics.stress import jaumann_rate
-from mpisph.sph.gradient import corrected_gradient
+from mpisph.sph.gradient import corrected_gradient, moments, velocity_gradient
 from mpisph.sph.neighbours import (
     CellOrder,
     Lattice,
@@ -49,12 +49,13 @@ gives its particle too large a volume, hence too large a divergence, and runs aw
 
 
 @njit(**EXACT)
-def _write_rates(sums, a, sources, k, G, mode, rates):
+def _write_rates(sums, a, sources, k, G, mode, crowding, rates):
     """Write the rates of particle `k`, return its velocity divergence."""
-    div, hoop = sums.L_rr + sums.L_tt + sums.L_zz, sums.L_tt
-    if sums.crowding > CROWDED * a.eta and div > 0.0:
+    L = velocity_gradient(sums.continuity, a)
+    div, hoop = L[0] + L[1] + L[4], L[1]
+    if crowding > CROWDED and div > 0.0:
         div = hoop = 0.0
-    L_rr, L_tt, L_rz, L_zr, L_zz = corrected_gradient(sums)
+    L_rr, L_tt, L_rz, L_zr, L_zz = corrected_gradient(L, moments(sums.continuity, a))
     dS_rr, dS_zz, dS_rz = jaumann_rate(
         L_rr, L_tt, L_rz, L_zr, L_zz,
         sources.S_rr[k], sources.S_zz[k], sources.S_rz[k], G,
@@ -118,8 +119,8 @@ def _update_rates(
                 until = quiescent_until(cells, lattice, i, records, calm, next_change)
             quiescent = reach <= until
         if quiescent:
-            div[k] = damping[k] = _rest(rates, k)
-            crowding[k] = 1.0
+            div[k] = _rest(rates, k)
+            damping[k], crowding[k] = scheme.alpha * sources.c[k], 1.0
             count[k] = 0.0
             continue
         n_runs, candidates = candidate_runs(
@@ -140,14 +141,17 @@ def _update_rates(
             near_axis = close > 0.0
         if near_axis:
             sums, _ = pair_sums(a, buffer, padded, scheme, True, lee2003)
-        div[k] = _write_rates(sums, a, sources, k, G[k], scheme.smoothing, rates)
-        damping[k] = sums.damping
-        crowding[k] = sums.crowding / a.eta
+        damping[k] = -sums.damping
+        crowding[k] = -0.5 * sums.crowding / abs(a.eta)
+        div[k] = _write_rates(
+            sums, a, sources, k, G[k], scheme.smoothing, crowding[k], rates
+        )
         bulk_sound_speed = table[material[k]].bulk_sound_speed
         if calm[i] and is_negligible(
             rates[:, k], bulk_sound_speed, sources.h[k], sources.rho[k]
         ):
             div[k] = _rest(rates, k)
+            damping[k], crowding[k] = scheme.alpha * sources.c[k], 1.0
         count[k] = n
         total += n
     return total
