@@ -8,6 +8,7 @@ from mpisph.inputs.spelling import nearest
 from mpisph.verify.problem import Problem
 
 _MODULES = [
+    "constant_pressure",
     "uniform_expansion",
     "sod",
     "strong_tube",
