@@ -10,6 +10,9 @@ from mpisph.verify.problem import Problem
 _MODULES = [
     "constant_pressure",
     "uniform_expansion",
+    "free_flight",
+    "galilean_shift",
+    "conservation",
     "sod",
     "strong_tube",
     "noh_planar",
