@@ -37,6 +37,12 @@ GAMMA = 1.4
 FINE = 0.01
 # Spacing at which the tolerances count [m].
 
+CONTACT = 0.05
+# Largest error of the pressure there, relative, at all spacings.
+
+CONTACT_LAYERS = 4.0
+# That count as being at the contact.
+
 REACH = 5.0
 # Of a kernel in spacings, for h = 1.5 dx that grows by a tenth.
 
@@ -134,6 +140,18 @@ def _mean_error(tube: Tube, solved: Solved) -> float:
     return float(np.abs(fields["rho"] - exact).mean() / np.ptp(exact))
 
 
+def _contact_error(tube: Tube, solved: Solved) -> float:
+    """Return the largest relative error of the pressure next to the contact.
+
+    The first layer on either side is left out.
+    """
+    first, last, dx = solved.first, solved.last, solved.run.case.spacing
+    depth = np.abs(first["z"]) / dx
+    near = (last["r"] < tube.look) & (depth > 1.0) & (depth < CONTACT_LAYERS)
+    P = tube.solution.P
+    return float(np.abs(last["P"][near] / MPA - P).max() / P)
+
+
 def _check(tube: Tube, solved: Sequence[Solved]) -> list[Check]:
     finest = solved[-1]
     exact, end = tube.solution, tube.end
@@ -156,6 +174,11 @@ def _check(tube: Tube, solved: Sequence[Solved]) -> list[Check]:
     order = observed_order([each.run.case.spacing for each in solved], errors)
     return [
         Check.within("shock at z", place, shock, SHOCK_PLACE * dx, "m"),
+        Check.at_most(
+            "pressure at the contact, error beyond its first layers",
+            _contact_error(tube, finest),
+            CONTACT,
+        ),
         Check.within(
             "pressure behind the shock",
             P,
