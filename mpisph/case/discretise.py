@@ -1,4 +1,4 @@
-"""The particles that fill the bodies of a case, each on its own lattice of rings."""
+"""The particles that fill the bodies of a case, each with rings of its own."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mpisph.case.model import Case
-from mpisph.case.shapes.section import Lattice
+from mpisph.case.profiles import starting_state
+from mpisph.case.shapes.section import Filling, Rings
 from mpisph.core.particles import HISTORY
 
 __all__ = ["InitialParticles", "discretise", "initial_count"]
@@ -41,8 +42,7 @@ class InitialParticles(NamedTuple):
     h : ndarray, shape (n,)
         Smoothing length [m].
     u_r, E, S_rr, S_zz, S_rz : ndarray, shape (n,), or None
-        Radial velocity [m/s], energy [J/kg] and stress [Pa]; None is zero, as at the
-        start of every case.
+        Radial velocity [m/s], energy [J/kg] and stress [Pa]; None is zero.
     history : mapping of str to ndarray, shape (n,)
         Fields of `HISTORY`; those left out are zero.
     """
@@ -77,19 +77,6 @@ class InitialParticles(NamedTuple):
         return {name: values for name, values in named.items() if values is not None}
 
 
-class _Rows(NamedTuple):
-    """All rows of particles of a case, in the order of the ids; shape (rows,).
-
-    They are few beside the particles, so every rank can hold them all.
-    """
-
-    body: IntArray
-    z: FloatArray
-    first_column: IntArray
-    first_id: IntArray
-    end_id: IntArray
-
-
 def initial_count(case: Case) -> int:
     """Return the exact number of particles at a case's start, without making them.
 
@@ -99,15 +86,13 @@ def initial_count(case: Case) -> int:
     """
     if case.initial is not None:
         return case.initial.count
-    return int(_rows(_lattices(case)).end_id[-1])
+    return int(_ends(_fillings(case))[-1])
 
 
 def discretise(
     case: Case, first_id: int = 0, end_id: int | None = None
 ) -> InitialParticles:
     """Fill the bodies with particles, or make a share of these.
-
-    Each shape has its own lattice of rows along r (see `Section.lattice`).
 
     Parameters
     ----------
@@ -119,40 +104,58 @@ def discretise(
     -------
     InitialParticles
         With the same bits whatever the share is. No others are made.
+
+    Raises
+    ------
+    CaseError
+        If an expression of a body has no sound value at a particle of the share.
     """
-    lattices = _lattices(case)
-    rows = _rows(lattices)
-    ids = np.arange(first_id, rows.end_id[-1] if end_id is None else end_id)
-    row = np.searchsorted(rows.end_id, ids, side="right")
-    body = rows.body[row]
-    column = rows.first_column[row] + (ids - rows.first_id[row])
-    inner, width, area = np.array([(x.inner, x.width, x.area) for x in lattices]).T
-    r = inner[body] + (column + 0.5) * width[body]
-    rho = np.array([case.body_material(each).rho0 for each in case.bodies])[body]
-    return InitialParticles(
-        id=ids,
-        body=body,
-        material=np.array(case.material_indices, dtype=np.int64)[body],
-        m=2.0 * np.pi * r * rho * area[body],
-        r=r + width[body] ** 2 / (24.0 * r),
-        z=rows.z[row],
-        u_z=np.array([each.velocity for each in case.bodies], dtype=np.float64)[body],
-        rho=rho,
-        h=np.full(ids.size, case.smoothing_length),
-    )
+    fillings = _fillings(case)
+    ends = _ends(fillings)
+    end_id = int(ends[-1]) if end_id is None else end_id
+    parts = []
+    for which, filling in enumerate(fillings):
+        begin = int(ends[which] - filling.length.sum())
+        own = np.arange(max(first_id, begin), min(end_id, int(ends[which])))
+        parts.append(_body_particles(case, which, _rings(filling, own - begin)))
+    fields = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    for key, name in (("radial_velocity", "u_r"), ("energy", "E")):
+        if all(getattr(body, key) == 0.0 for body in case.bodies):
+            del fields[name]
+    return InitialParticles.of({"id": np.arange(first_id, end_id), **fields})
 
 
-def _lattices(case: Case) -> list[Lattice]:
+def _fillings(case: Case) -> list[Filling]:
     return [body.section.lattice(case.spacing) for body in case.bodies]
 
 
-def _rows(lattices: Sequence[Lattice]) -> _Rows:
-    length = np.concatenate([lattice.length for lattice in lattices])
-    end = np.cumsum(length)
-    return _Rows(
-        body=np.repeat(np.arange(len(lattices)), [each.z.size for each in lattices]),
-        z=np.concatenate([lattice.z for lattice in lattices]),
-        first_column=np.concatenate([lattice.first for lattice in lattices]),
-        first_id=end - length,
-        end_id=end,
-    )
+def _ends(fillings: Sequence[Filling]) -> IntArray:
+    """Return the id after the last one of each body."""
+    return np.cumsum([filling.length.sum() for filling in fillings])
+
+
+def _rings(filling: Filling, numbers: IntArray) -> Rings:
+    """Return the particles of a body by their numbers, which run row by row.
+
+    Rows are few beside the particles, so every rank can know them all.
+    """
+    end = np.cumsum(filling.length)
+    row = np.searchsorted(end, numbers, side="right")
+    return filling.rings(row, numbers - (end - filling.length)[row])
+
+
+def _body_particles(case: Case, which: int, rings: Rings) -> dict[str, Any]:
+    """Return the fields of some particles of a body, without their ids."""
+    body = case.bodies[which]
+    rho0 = case.body_material(body).rho0
+    state = starting_state(body, rho0, rings.r, rings.z)
+    n = rings.r.size
+    return {
+        "body": np.full(n, which, np.int64),
+        "material": np.full(n, case.material_indices[which], np.int64),
+        "m": 2.0 * np.pi * rings.mean * state.rho * rings.area,
+        "r": rings.r,
+        "z": rings.z,
+        "h": case.resolution.nph * rings.spacing,
+        **state._asdict(),
+    }

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mpisph.case.discretise import InitialParticles
+from mpisph.case.profiles import StartingState, starting_state
 from mpisph.case.sections import Initial
 from mpisph.case.size_checks import FARTHEST
 from mpisph.core.errors import CaseError, Problem
@@ -107,9 +108,9 @@ def complete_particles(
     Returns
     -------
     InitialParticles
-        With all fields, by id. By default ids follow the order given; density,
-        material and ``u_z`` are the body's, ``h`` is the case's smoothing length, and
-        everything else is zero.
+        With all fields, by id. By default ids follow the order given; material,
+        density, velocity and energy are the body's, ``h`` is the case's smoothing
+        length, and everything else is zero.
 
     Raises
     ------
@@ -124,8 +125,8 @@ def complete_particles(
     n = fields["r"].size
     fields.setdefault("id", np.arange(n))
     _refuse(source, _label_findings(case, fields))
-    _add_defaults(case, fields)
     _refuse(source, _value_findings(case, fields))
+    _add_defaults(case, fields)
     order = np.argsort(fields["id"])
     return InitialParticles.of({name: fields[name][order] for name in INITIAL})
 
@@ -197,9 +198,15 @@ def _add_defaults(case: Case, fields: Fields) -> None:
     indices = np.array(case.material_indices, dtype=np.int64)
     material = fields.setdefault("material", indices[body])
     rho0 = np.array([entry.rho0 for entry in case.material_table])
-    velocity = np.array([each.velocity for each in case.bodies], dtype=np.float64)
-    fields.setdefault("rho", rho0[material])
-    fields.setdefault("u_z", velocity[body])
+    starts = {name: np.zeros(n) for name in StartingState._fields}
+    for which, each in enumerate(case.bodies):
+        mine = body == which
+        r, z, reference = fields["r"][mine], fields["z"][mine], rho0[material[mine]]
+        state = starting_state(each, reference, r, z)
+        for name, values in state._asdict().items():
+            starts[name][mine] = values
+    for name, values in starts.items():
+        fields.setdefault(name, values)
     fields.setdefault("h", np.full(n, case.smoothing_length))
     for name in INITIAL:
         fields.setdefault(name, np.zeros(n))

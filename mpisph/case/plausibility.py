@@ -24,6 +24,9 @@ _ADVISED_ROWS = 3
 """Particles across a wall: one has no inside, and with two it splits along its middle.
 Of two there is no warning: the paper's resolution gives shot 4-1283 no more."""
 
+_DENSE = 0.5
+"""Relative change of a solid's density at the start that is hardly meant."""
+
 _FEWEST_NPR = 4
 
 _LEAST_NPH = 0.8
@@ -49,6 +52,7 @@ def find_warnings(case: Case) -> list[str]:
     rules = (
         _warn_of_meeting,
         _warn_of_velocity,
+        _warn_of_starting_state,
         _warn_of_thin_walls,
         _warn_of_foam,
         _warn_of_smoothing,
@@ -61,8 +65,8 @@ def find_warnings(case: Case) -> list[str]:
 def _warn_of_meeting(case: Case) -> Iterator[str]:
     """Warn of bodies that never meet, or not before the end of the run."""
     bodies, end = case.bodies, case.end_time
-    # Shapes say nothing of particles of one's own, and a gas moves by itself.
-    if case.initial is not None or _has_gas(case):
+    # Shapes say nothing of particles of one's own.
+    if case.initial is not None or _moves_by_itself(case):
         return
     if len(bodies) == 1:
         yield f"bodies: there is only {bodies[0].name}, which nothing hits"
@@ -102,7 +106,7 @@ def _warn_of_meeting(case: Case) -> Iterator[str]:
 def _warn_of_velocity(case: Case) -> Iterator[str]:
     """Warn of velocities that look like a slip of the unit."""
     velocity = case.impact_velocity
-    if _has_gas(case):  # at any velocity, in units of any size
+    if _has_gas(case):  # its problems may be in units of any size
         return
     if 0.0 < velocity < _SLOW or velocity > _FAST:
         yield (
@@ -193,6 +197,33 @@ def _warn_of_gauges(case: Case) -> Iterator[str]:
                 f"r = {gauge.r:g} m, z = {gauge.z:g} m, and no body is there; look at "
                 'r and z, or set kind = "fixed"'
             )
+
+
+def _warn_of_starting_state(case: Case) -> Iterator[str]:
+    """Warn of energies without effect, and of densities that no solid has."""
+    for body in case.bodies if case.initial is None else ():
+        models = case.body_models(body)
+        if models.names["eos"] == "linear" and body.energy != 0.0:
+            yield (
+                f"bodies.{body.name}.energy: the linear equation of state knows no "
+                "energy, so it changes no motion; take another one (eos)"
+            )
+        if models.names["eos"] in GASES or not isinstance(body.density, float):
+            continue
+        ratio = body.density / models.rho0
+        if abs(ratio - 1.0) > _DENSE:
+            yield (
+                f"bodies.{body.name}.density: {body.density:g} kg/m^3 is {ratio:.3g} "
+                f"times the reference density of {models.material}: is the unit right?"
+            )
+
+
+def _moves_by_itself(case: Case) -> bool:
+    """Say whether a body moves otherwise than as a whole, hit or not."""
+    return _has_gas(case) or any(
+        body.radial_velocity != 0.0 or body.energy != 0.0 or body.density is not None
+        for body in case.bodies
+    )
 
 
 def _has_gas(case: Case) -> bool:

@@ -71,8 +71,11 @@ def run_command(
     folders = _run_folders(case_files, output)
     cases = from_root(comm, lambda: _load_cases(case_files, overrides))
     if dry_run:
+        from mpisph.solver.start import check_expressions
+
         release_signals()
         for case in cases:
+            check_expressions(case, comm)
             click.echo(estimate(case, comm.size).text())
             for text in find_warnings(case):
                 click.echo(f"warning: {text}")

@@ -34,6 +34,7 @@ _LONGEST = 100
 """Characters of a quantity; pint takes a units' product apart recursively."""
 
 _NUMBER = re.compile(r"[+-]?([0-9](_?[0-9])*\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_NOT_FINITE = {"-inf", "inf", "+inf", "nan"}
 _UNIT_NAME = r"(?:[^\W\d_]+|%)"
 _UNIT_FACTOR = rf"{_UNIT_NAME}(?:(?:\*\*|\^)?-?[0-9])?"
 # A product or quotient of named units with small powers, as in "kg/m3". Keeping
@@ -141,7 +142,7 @@ def _parse(text: str, si_unit: str) -> float:
     if len(text) > _LONGEST:
         raise _failure(f"a string of {len(text)} characters", si_unit)
     text = text.strip()
-    if text in {"-inf", "inf", "+inf", "nan"}:
+    if text in _NOT_FINITE:
         return float(text)
     number = _NUMBER.match(text)
     if number is None:
@@ -156,6 +157,16 @@ def _parse(text: str, si_unit: str) -> float:
         return float(Decimal(number.group().replace("_", "")) * factor)
     except ArithmeticError:  # the exponent is beyond what Decimal takes
         raise _failure(f"cannot read the number {number.group()}", si_unit) from None
+
+
+def is_quantity(text: str) -> bool:
+    """Say whether a string is written as a number, with or without a unit."""
+    text = text.strip()
+    number = _NUMBER.match(text)
+    if number is None:
+        return text in _NOT_FINITE
+    unit = text[number.end() :].strip()
+    return not unit or _UNIT.fullmatch(unit) is not None
 
 
 def si_value(value: object, si_unit: str, *, minus_infinity: bool = False) -> float:

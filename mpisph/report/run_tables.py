@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from datetime import datetime
 
 from mpisph.case import Case
+from mpisph.case.profiles import PROFILES
 from mpisph.case.sections import Exposure, TimeStepping
 from mpisph.case.shapes.shape import millimetres
 from mpisph.core.words import counted, grouped
@@ -68,6 +69,11 @@ def us(time: float) -> str:
 
 def bodies_table(case: Case) -> Table:
     """Return the bodies: shape, size, velocity, material."""
+    profiles = [
+        key
+        for key in PROFILES
+        if any(getattr(body, key) not in {0.0, None} for body in case.bodies)
+    ]
     rows: list[Row] = [
         (
             body.name,
@@ -75,11 +81,22 @@ def bodies_table(case: Case) -> Table:
             f"{body.velocity / 1e3:g}",
             body.material,
             KINDS["eos"][case.body_models(body).names["eos"]].label,
+            *(_profile(getattr(body, key)) for key in profiles),
         )
         for body in case.bodies
     ]
-    heads = ("body", "shape", "velocity [km/s]", "material", "equation of state")
+    heads = (
+        *("body", "shape", "velocity [km/s]", "material", "equation of state"),
+        *(f"{key.replace('_', ' ')} [{PROFILES[key].unit}]" for key in profiles),
+    )
     return Table("Bodies", heads, rows)
+
+
+def _profile(value: float | str | None) -> str:
+    """Return a number or an expression; a dash for none."""
+    if value is None:
+        return NONE
+    return value if isinstance(value, str) else f"{value:g}"
 
 
 def materials_table(case: Case) -> Table:

@@ -57,7 +57,7 @@ from mpisph.run.progress import Progress
 from mpisph.run.signals import SignalHandler
 from mpisph.run.state import Loaded, faults_of_ended, load_last_state, mend
 from mpisph.solver.estimate import check_memory, estimate
-from mpisph.solver.start import start
+from mpisph.solver.start import check_expressions, start
 from mpisph.solver.state import Simulation
 from mpisph.solver.warmup import warm_up
 
@@ -225,6 +225,7 @@ class _Session:
     def start_run(self, case: Case) -> Result:
         """Make a run from its beginning."""
         check_memory(case, self.comm)
+        check_expressions(case, self.comm)
         status = StatusFile(self.comm, self.folder, case.end_time, starts=1)
         # First of all: what is there then no longer counts as a run that has ended.
         status.write("running", 0, 0.0)

@@ -8,10 +8,11 @@ from mpi4py import MPI
 from mpisph.case import Case
 from mpisph.case.discretise import InitialParticles, discretise, initial_count
 from mpisph.case.initial import read_initial
+from mpisph.case.profiles import has_expressions
 from mpisph.core.memory import keep_freed_memory
 from mpisph.core.particles import INITIAL, Particles
 from mpisph.diagnostics.series import Scales
-from mpisph.parallel.collectives import on_root
+from mpisph.parallel.collectives import caught, on_root, raise_together
 from mpisph.parallel.cost_model import fastest_cut
 from mpisph.parallel.decomposition import Cut, owners, part_work
 from mpisph.parallel.halo import reach
@@ -50,10 +51,14 @@ def start(case: Case, comm: MPI.Intracomm) -> Simulation:
     Raises
     ------
     CaseError
-        On all ranks, if the case's own particles cannot be read or are not sound.
+        On all ranks, if the case's own particles cannot be read or are not sound, or
+        if an expression of a body has no sound value somewhere.
     """
     if case.initial is None:
-        share = discretise(case, *id_block(case, comm))
+        shares: list[InitialParticles] = []
+        block = id_block(case, comm)
+        raise_together(comm, caught(lambda: shares.append(discretise(case, *block))))
+        share = shares.pop()
     else:
         share = _own_share(case, comm)
     return start_from(case, comm, share, 0.0)
@@ -99,6 +104,29 @@ def start_from(
     sim.pair_cost = PairCost()  # the first time, compiled code was loaded too
     rebalance(sim, reduce_state(sim).work)  # the neighbours are known only now
     return sim
+
+
+CHECKED_AT_ONCE = 1_000_000
+"""Particles made to see whether they are sound."""
+
+
+def check_expressions(case: Case, comm: MPI.Intracomm) -> None:
+    """Evaluate the expressions of the bodies at every particle; collective.
+
+    Raises
+    ------
+    CaseError
+        On all ranks, with the first place where one has no sound value.
+    """
+    if case.initial is not None or not any(map(has_expressions, case.bodies)):
+        return
+    first, end = id_block(case, comm)
+
+    def check() -> None:
+        for begin in range(first, end, CHECKED_AT_ONCE):
+            discretise(case, begin, min(begin + CHECKED_AT_ONCE, end))
+
+    raise_together(comm, caught(check))
 
 
 def id_block(case: Case, comm: MPI.Intracomm) -> tuple[int, int]:

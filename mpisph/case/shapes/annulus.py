@@ -38,6 +38,16 @@ class Annulus(Section):
         """The wall: the row of particles next to the centre must have one in it."""
         return (Wall("r", self.outer - self.inner, 1.0),)
 
+    @property
+    def middle(self) -> float:
+        """Axial position of the centre [m]."""
+        return self.centre
+
+    def outward(self, r: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the r and z of the unit vectors away from the centre at places [m]."""
+        distance = np.hypot(r, z - self.centre)
+        return r / distance, (z - self.centre) / distance
+
     def radii(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the inner and the outer r at heights [m]."""
         distance = np.abs(z - self.centre)

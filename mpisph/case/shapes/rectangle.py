@@ -67,7 +67,8 @@ class Rectangle(Section):
             length=np.full(rows, columns, np.int64),
             inner=self.inner,
             width=width,
-            area=width * height,
+            area=np.full(rows, width * height),
+            spacing=spacing,
         )
 
     def _cells(self, spacing: float) -> tuple[int, int]:

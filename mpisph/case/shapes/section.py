@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["FloatArray", "Lattice", "Section", "Wall"]
+__all__ = ["Filling", "FloatArray", "Lattice", "Rings", "Section", "Wall"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -33,8 +33,41 @@ class Wall(NamedTuple):
     least: float
 
 
+class Rings(NamedTuple):
+    """Particles of a section, and the part of it that each stands for.
+
+    Attributes
+    ----------
+    r, z : ndarray, shape (n,)
+        Where they are [m].
+    mean : ndarray, shape (n,)
+        Mean radius of the part [m].
+    area : ndarray, shape (n,)
+        Area of the part [m^2].
+    spacing : ndarray, shape (n,)
+        Distance of neighbours [m].
+    """
+
+    r: FloatArray
+    z: FloatArray
+    mean: FloatArray
+    area: FloatArray
+    spacing: FloatArray
+
+
+class Filling(Protocol):
+    """How a section is divided among particles, which stand in rows."""
+
+    @property
+    def length(self) -> IntArray:
+        """Number of particles in each row, shape (rows,)."""
+
+    def rings(self, row: IntArray, place: IntArray) -> Rings:
+        """Return the particles at places, counted from 0, in rows."""
+
+
 class Lattice(NamedTuple):
-    """Particles of a section, in rows along r.
+    """Particles of a section in rows along r, which share their columns.
 
     Attributes
     ----------
@@ -44,8 +77,10 @@ class Lattice(NamedTuple):
         Each row's first column, and its number of particles.
     inner, width : float
         Where the columns begin, and their width [m].
-    area : float
-        Section of one particle [m^2].
+    area : ndarray, shape (rows,)
+        Section of one particle of each row [m^2].
+    spacing : float
+        [m].
     """
 
     z: FloatArray
@@ -53,7 +88,20 @@ class Lattice(NamedTuple):
     length: IntArray
     inner: float
     width: float
-    area: float
+    area: FloatArray
+    spacing: float
+
+    def rings(self, row: IntArray, place: IntArray) -> Rings:
+        """Return the particles at places in rows (S1)."""
+        column = (self.first[row] + place).astype(np.float64)
+        middle = self.inner + (column + 0.5) * self.width
+        return Rings(
+            r=middle + self.width**2 / (24.0 * middle),
+            z=self.z[row],
+            mean=middle,
+            area=self.area[row],
+            spacing=np.full(row.size, self.spacing),
+        )
 
 
 class Section(ABC):
@@ -104,6 +152,15 @@ class Section(ABC):
         return bool(low <= z <= high and inner[0] <= r <= outer[0])
 
     @property
+    def middle(self) -> float:
+        """Axial position halfway between the ends [m]."""
+        return 0.5 * (self.ends[0] + self.ends[1])
+
+    def outward(self, r: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the r and z of the unit vectors away from the axis at places [m]."""
+        return np.ones_like(r), np.zeros_like(z)
+
+    @property
     def extent(self) -> float:
         """Largest of the coordinates r and abs(z) [m]."""
         return max(abs(self.ends[0]), abs(self.ends[1]), self.widest)
@@ -135,5 +192,11 @@ class Section(ABC):
         length = np.floor(outer / spacing - 0.5) - first + 1.0
         length[(z < low) | (z > high) | (length < 0.0)] = 0.0
         return Lattice(
-            z, first.astype(np.int64), length.astype(np.int64), 0.0, spacing, spacing**2
+            z=z,
+            first=first.astype(np.int64),
+            length=length.astype(np.int64),
+            inner=0.0,
+            width=spacing,
+            area=np.full(z.size, spacing**2),
+            spacing=spacing,
         )

@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import ClassVar, get_args
 
 from mpisph.case.shapes.section import Section
+from mpisph.inputs.expressions import DensityProfile, EnergyProfile, VelocityProfile
 from mpisph.inputs.quantities import FrozenModel, Identifier, Position, Velocity
 from mpisph.materials.model import EquationOfState
 
@@ -29,6 +30,12 @@ class Shape(FrozenModel, ABC):
     """Material card, a name of the case's own materials, or a card file (.toml)."""
     velocity: Velocity = 0.0
     """Initial velocity along +z."""
+    radial_velocity: VelocityProfile = 0.0
+    """Added away from the centre of a sphere or shell, else away from the axis."""
+    density: DensityProfile | None = None
+    """Initial density; the reference density of the material, if left out."""
+    energy: EnergyProfile = 0.0
+    """Initial specific internal energy."""
     position: Position = 0.0
     """Axial position: the centre of a sphere or shell, else the lowest z."""
     eos: EquationOfState | None = None
