@@ -19,6 +19,15 @@ _MODULES = [
     "noh_cylindrical",
     "noh_spherical",
     "sedov",
+    "plates",
+    "contact",
+    "precursor",
+    "spin",
+    "rotation",
+    "torus",
+    "sphere",
+    "tension",
+    "verney",
 ]
 
 PROBLEMS: dict[str, Problem] = {
