@@ -29,6 +29,19 @@ FAULTS = {
     "noh-cylindrical": {"density, worst layer", "shock at"},
     "noh-spherical": {"density behind the shock", "density, worst layer", "shock at"},
     "sedov": {"peak density", "shock at", "mean error of the density"},
+    "plates": {
+        "mie-grueneisen 3 km/s: energy",
+        "mie-grueneisen 3 km/s: energy nearer to the contact",
+    },
+    "contact": {"aluminium: pressure that is farthest off, from the second layer on"},
+    "precursor": {"stress between the waves (elastic limit)"},
+    "torus": {"frequency in flight"},
+    "sphere": {"frequency"},
+    "tension": {"time of a pass"},
+    "verney": {
+        "square, 6 cm: inner radius where it is farthest off",
+        "square, 6 cm: outer radius where it is farthest off",
+    },
 }
 """Checks that fail, by problem: what the scheme does not reach."""
 
