@@ -63,29 +63,33 @@ def _all_finite(values):
 
 
 @njit(**EXACT)
+def _beyond(eta, E, crowding, h, bounds):
+    """Return the kind of fault of a particle by the bounds."""
+    if not bounds.density_min < eta < bounds.density_max:
+        return DENSITY
+    if E > bounds.energy_max:
+        return ENERGY
+    if E < bounds.energy_min:
+        return NEGATIVE
+    if crowding > bounds.crowding_max:
+        return CROWDED
+    if not bounds.h_min < h < bounds.h_max:
+        return SMOOTHING
+    return STABLE
+
+
+@njit(**EXACT)
 def _first_fault(ids, values, rho, E, crowding, h, material, table, bounds):
     """Return the kind of fault and the id of the faulty particle of smallest id."""
     fault, who = STABLE, -1
     all_finite = _all_finite(values)
     for i in range(ids.size):
-        kind = STABLE
         eta = rho[i] / table[material[i]].rho0
         finite = h[i] > 0.0
         if not all_finite:
             for k in range(values.shape[0]):
                 finite &= math.isfinite(values[k, i])
-        if not finite:
-            kind = NON_FINITE
-        elif not bounds.density_min < eta < bounds.density_max:
-            kind = DENSITY
-        elif E[i] > bounds.energy_max:
-            kind = ENERGY
-        elif E[i] < bounds.energy_min:
-            kind = NEGATIVE
-        elif crowding[i] > bounds.crowding_max:
-            kind = CROWDED
-        elif not bounds.h_min < h[i] < bounds.h_max:
-            kind = SMOOTHING
+        kind = _beyond(eta, E[i], crowding[i], h[i], bounds) if finite else NON_FINITE
         if kind != STABLE and (fault == STABLE or ids[i] < who):
             fault, who = kind, ids[i]
     return fault, who
