@@ -37,6 +37,10 @@ FAULTS = {
     "precursor": {"stress between the waves (elastic limit)"},
     "torus": {"frequency in flight"},
     "tension": {"time of a pass"},
+    "taylor": {
+        "plastic work over kinetic energy",
+        "widening of ring 0 or 1 over that of the next two",
+    },
     "verney": {
         "square, 6 cm: inner radius where it is farthest off",
         "square, 6 cm: outer radius where it is farthest off",
