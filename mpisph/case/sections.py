@@ -207,6 +207,8 @@ class Limits(FrozenModel):
     """Specific internal energy over the largest initial specific kinetic energy."""
     energy_ratio_min: PositiveRatio = 0.2
     """How far below zero it may fall, in the same unit."""
+    kernel_ratio_max: Annotated[float, Field(gt=1, le=1e9), Quantity("")] = 10.0
+    """Largest kernel sum over the density that continuity gives."""
     smoothing_ratio_max: Annotated[float, Field(gt=1, le=1e6), Quantity("")] = 1e3
     """Largest factor by which a smoothing length may grow or shrink."""
     step_ratio_min: Fraction = 1e-4

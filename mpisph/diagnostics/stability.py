@@ -15,11 +15,13 @@ DENSITY = 2
 ENERGY = 3
 SMOOTHING = 4
 NEGATIVE = 5
+CROWDED = 6
 REASONS = {
     NON_FINITE: ("non_finite", "a field is not finite, or h is not positive"),
     DENSITY: ("density", "the density is out of bounds"),
     ENERGY: ("internal_energy", "the specific internal energy is out of bounds"),
     NEGATIVE: ("negative_energy", "the specific internal energy is too far below zero"),
+    CROWDED: ("kernel_sum", "the kernel sum is too far above the density"),
     SMOOTHING: ("smoothing_length", "the smoothing length is out of bounds"),
 }
 """Short name and meaning of each fault."""
@@ -34,6 +36,8 @@ class Bounds(NamedTuple):
         In units of the material's reference density.
     energy_min, energy_max : float
         Specific internal energy [J/kg]; the least one is negative.
+    crowding_max : float
+        Kernel sum over density.
     h_min, h_max : float
         Smoothing length [m]; within a factor of 10^8 the cells of the neighbour
         search can hold every particle.
@@ -43,6 +47,7 @@ class Bounds(NamedTuple):
     density_max: float
     energy_min: float
     energy_max: float
+    crowding_max: float
     h_min: float
     h_max: float
 
@@ -58,27 +63,33 @@ def _all_finite(values):
 
 
 @njit(**EXACT)
-def _first_fault(ids, values, rho, E, h, material, table, bounds):
+def _beyond(eta, E, crowding, h, bounds):
+    """Return the kind of fault of a particle by the bounds."""
+    if not bounds.density_min < eta < bounds.density_max:
+        return DENSITY
+    if E > bounds.energy_max:
+        return ENERGY
+    if E < bounds.energy_min:
+        return NEGATIVE
+    if crowding > bounds.crowding_max:
+        return CROWDED
+    if not bounds.h_min < h < bounds.h_max:
+        return SMOOTHING
+    return STABLE
+
+
+@njit(**EXACT)
+def _first_fault(ids, values, rho, E, crowding, h, material, table, bounds):
     """Return the kind of fault and the id of the faulty particle of smallest id."""
     fault, who = STABLE, -1
     all_finite = _all_finite(values)
     for i in range(ids.size):
-        kind = STABLE
         eta = rho[i] / table[material[i]].rho0
         finite = h[i] > 0.0
         if not all_finite:
             for k in range(values.shape[0]):
                 finite &= math.isfinite(values[k, i])
-        if not finite:
-            kind = NON_FINITE
-        elif not bounds.density_min < eta < bounds.density_max:
-            kind = DENSITY
-        elif E[i] > bounds.energy_max:
-            kind = ENERGY
-        elif E[i] < bounds.energy_min:
-            kind = NEGATIVE
-        elif not bounds.h_min < h[i] < bounds.h_max:
-            kind = SMOOTHING
+        kind = _beyond(eta, E[i], crowding[i], h[i], bounds) if finite else NON_FINITE
         if kind != STABLE and (fault == STABLE or ids[i] < who):
             fault, who = kind, ids[i]
     return fault, who
@@ -102,6 +113,6 @@ def first_fault(p: Particles, table: MaterialTable, bounds: Bounds) -> tuple[int
         Smallest id of a faulty particle, -1 for none.
     """
     fault, who = _first_fault(
-        p.id, p.values, p.rho, p.E, p.h, p.material, table, bounds
+        p.id, p.values, p.rho, p.E, p.crowding, p.h, p.material, table, bounds
     )
     return int(fault), int(who)

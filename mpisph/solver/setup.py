@@ -93,6 +93,7 @@ def _bounds(case: Case, energy: float) -> Bounds:
         density_max=limits.density_ratio_max,
         energy_min=-limits.energy_ratio_min * energy,
         energy_max=limits.energy_ratio_max * energy,
+        crowding_max=limits.kernel_ratio_max,
         h_min=case.smoothing_length / limits.smoothing_ratio_max,
         h_max=case.smoothing_length * limits.smoothing_ratio_max,
     )

@@ -6,6 +6,7 @@ from oracles import ALUMINIUM, COPPER, cloud, table_of
 
 from mpisph.core.particles import VALUES, Particles
 from mpisph.diagnostics.stability import (
+    CROWDED,
     DENSITY,
     ENERGY,
     NEGATIVE,
@@ -18,8 +19,8 @@ from mpisph.diagnostics.stability import (
 )
 
 BOUNDS = Bounds(
-    density_min=0.01, density_max=5.0, energy_min=-2e7, energy_max=1e8, h_min=1e-6,
-    h_max=1e3,
+    density_min=0.01, density_max=5.0, energy_min=-2e7, energy_max=1e8,
+    crowding_max=10.0, h_min=1e-6, h_max=1e3,
 )  # fmt: skip
 TABLE = table_of(ALUMINIUM, COPPER)
 
@@ -70,6 +71,14 @@ def test_energy_is_bounded_on_both_sides(E, fault):
     assert first_fault(p, TABLE, BOUNDS) == (STABLE, -1)
 
 
+def test_the_kernel_sum_is_bounded_relative_to_the_density():
+    p = sound()
+    p.crowding[7] = 10.1
+    assert first_fault(p, TABLE, BOUNDS) == (CROWDED, p.id[7])
+    p.crowding[7] = 9.9
+    assert first_fault(p, TABLE, BOUNDS) == (STABLE, -1)
+
+
 @pytest.mark.parametrize("h", [0.9e-6, 1.1e3])
 def test_smoothing_length_is_bounded_on_both_sides(h):
     p = sound()
@@ -91,4 +100,11 @@ def test_the_faulty_particle_of_smallest_id_is_named_in_any_order():
 
 
 def test_every_fault_has_a_reason():
-    assert set(REASONS) == {NON_FINITE, DENSITY, ENERGY, NEGATIVE, SMOOTHING}
+    assert set(REASONS) == {
+        NON_FINITE,
+        DENSITY,
+        ENERGY,
+        NEGATIVE,
+        CROWDED,
+        SMOOTHING,
+    }

@@ -6,7 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from oracles import approx, gaussian_3d, ring_points
 
-from mpisph.physics.viscosity import approach, separation2, viscous_pressure
+from mpisph.physics.kernel import XI_FAR
+from mpisph.physics.viscosity import (
+    FAR_NODES,
+    closing,
+    hoop_approach,
+    near_nodes,
+    viscous_pressure,
+)
 
 H = 0.8
 PAIRS = [
@@ -18,73 +25,116 @@ PAIRS = [
 ]
 
 
-def angular_means(r_a, r_b, z, ur_a, uz_a, ur_b, uz_b):
-    """Return <closing . apart>, <apart^2> and <1 - cos>, each weighted with W."""
+@pytest.mark.parametrize("pair", PAIRS)
+def test_hoop_approach_r5_completes_the_mean_of_closing_times_distance(pair):
+    r_a, r_b, z, ur_a, uz_a, ur_b, uz_b = pair
     x, y, cos, sin = ring_points(r_b, 4000)
     apart = np.array([r_a - x, -y, np.full_like(x, z)])
-    closing = np.array([ur_a - ur_b * cos, -ur_b * sin, np.full_like(x, uz_a - uz_b)])
+    speed = np.array([ur_a - ur_b * cos, -ur_b * sin, np.full_like(x, uz_a - uz_b)])
     W = gaussian_3d((apart**2).sum(0), H)
-    weighted = [(closing * apart).sum(0), (apart**2).sum(0), 1.0 - cos]
-    return [(value * W).mean() / W.mean() for value in weighted]
-
-
-@pytest.mark.parametrize("pair", PAIRS)
-def test_approach_r5_is_the_mean_of_closing_times_distance(pair):
-    r_a, r_b, z, ur_a, uz_a, ur_b, uz_b = pair
-    N, _, q = angular_means(*pair)
-    got = approach(
-        r_a - r_b, z, ur_a - ur_b, uz_a - uz_b, r_a, r_b, ur_a, ur_b, q, False
-    )
+    N = ((speed * apart).sum(0) * W).mean() / W.mean()
+    q = ((1.0 - cos) * W).mean() / W.mean()
+    plane = (r_a - r_b) * (ur_a - ur_b) + z * (uz_a - uz_b)
     # The terms are below 30 and add up with a rounding of 1e-16 each.
+    got = plane + hoop_approach(r_a, r_b, ur_a, ur_b, q, False)
     assert got == approx(N, rel=1e-13, abs=3e-15)
 
 
 @pytest.mark.parametrize("pair", PAIRS)
-def test_approach_r5_as_printed_has_the_other_products(pair):
-    r_a, r_b, z, ur_a, uz_a, ur_b, uz_b = pair
-    q = 0.37
-    arguments = (r_a - r_b, z, ur_a - ur_b, uz_a - uz_b, r_a, r_b, ur_a, ur_b, q)
-    plane = (r_a - r_b) * (ur_a - ur_b) + z * (uz_a - uz_b)
-    want = plane + (r_a * ur_a + r_b * ur_b) * q
-    assert approach(*arguments, True) == approx(want, rel=1e-14)
+def test_hoop_approach_r5_as_printed_has_the_other_products(pair):
+    r_a, r_b, _, ur_a, _, ur_b, _ = pair
+    got = hoop_approach(r_a, r_b, ur_a, ur_b, 0.37, True)
+    assert got == approx((r_a * ur_a + r_b * ur_b) * 0.37, rel=1e-14)
     same = pair == PAIRS[-1]
-    assert (approach(*arguments, True) == approach(*arguments, False)) == same
+    assert (got == hoop_approach(r_a, r_b, ur_a, ur_b, 0.37, False)) == same
 
 
-@pytest.mark.parametrize("pair", PAIRS)
-def test_separation_r5_is_the_mean_squared_distance_softened(pair):
-    r_a, r_b, z, *_ = pair
-    _, D, q = angular_means(*pair)
-    d2 = (r_a - r_b) ** 2 + z**2
-    ratio = 2.0 * r_a * r_b / H**2 * q
-    assert separation2(d2, ratio, 0.0, H) == approx(D, rel=1e-13)
-    softened = separation2(d2, ratio, 0.25, H)
-    assert softened == approx(D + 0.25 * H**2, rel=1e-13)
+def viscous_stress(hoop2, weights, power):
+    """Return the viscous stress of a uniform strain, shape (strained, component).
+
+    The averages of ``N^power x_j^2 / D^power`` with ``N = x_i^2``, for i and j along r,
+    theta and z: distances in the plane by a fine sum, hoop distances at the nodes.
+    Lengths are in units of h.
+    """
+    s = np.geomspace(1e-8, 45.0, 4000)
+    ds = np.gradient(s) * np.exp(-s)
+    phi = (np.arange(12) + 0.5) * np.pi / 24.0  # exact for powers up to 6
+    plane = s[:, None, None] * np.ones((1, 12, hoop2.size))
+    parts = [
+        plane * np.cos(phi)[:, None] ** 2,
+        np.broadcast_to(hoop2, plane.shape),
+        plane * np.sin(phi)[:, None] ** 2,
+    ]
+    D = plane + hoop2
+    return np.array(
+        [
+            [
+                np.einsum("k,kpn,n->", ds, (N / D) ** power * x2, weights) / 12.0
+                for x2 in parts
+            ]
+            for N in parts
+        ]
+    )
+
+
+@pytest.mark.parametrize("power", [1, 2])
+@pytest.mark.parametrize("xi", [0.01, 0.3, 1.0, 3.0, 8.0, 15.9, 16.1, 50.0, 1e3])
+def test_nodes_r5_give_the_viscous_stress_of_the_cartesian_sum(xi, power):
+    t = 1.0 - np.cos((np.arange(400) + 0.5) * min(np.pi, 9.0 / xi**0.5) / 400)
+    w = np.exp(-xi * t)
+    w /= w.sum()
+    q = (w * t).sum()
+    tau_1, tau_2, share = near_nodes(q) if xi < XI_FAR else FAR_NODES
+    want = viscous_stress(xi * t, w, power)
+    hoop2 = xi * q * np.array([tau_1, tau_2])
+    got = viscous_stress(hoop2, np.array([share, 1.0 - share]), power)
+    np.testing.assert_allclose(got, want, rtol=0.0, atol=6e-4 * want.max())
+
+
+def test_far_nodes_r5_are_isotropic():
+    """The averages of three Gaussian distances: a strain along z acts 3 to 1."""
+    hoop2 = 0.5 * np.array([FAR_NODES.tau_1, FAR_NODES.tau_2])
+    weights = np.array([FAR_NODES.w, 1.0 - FAR_NODES.w])
+    linear = viscous_stress(hoop2, weights, 1)
+    quadratic = viscous_stress(hoop2, weights, 2)
+    eye = np.eye(3)
+    np.testing.assert_allclose(linear, 0.1 + 0.2 * eye, rtol=0.0, atol=2e-6)
+    np.testing.assert_allclose(
+        quadratic, 3.0 / 70.0 + 12.0 / 70.0 * eye, rtol=0.0, atol=2e-6
+    )
+
+
+def test_near_nodes_r5_lie_on_the_ring():
+    for q in np.linspace(0.0, 1.0, 101):
+        tau_1, tau_2, w = near_nodes(q)
+        assert 0.0 < w < 1.0
+        assert 0.0 < tau_1 < tau_2
+        assert tau_2 * q < 2.0
+        assert w * tau_1 + (1.0 - w) * tau_2 == approx(1.0, rel=1e-14)
+    assert near_nodes(0.0) == approx(tuple(FAR_NODES), rel=1e-15)
 
 
 @pytest.mark.parametrize("N", [0.0, 1e-9, 3.0])
-def test_viscous_pressure_r5_is_zero_for_receding_rings(N):
-    assert viscous_pressure(N, 0.5, 0.3, 2.5 * 5e3, 1.5, 1.0 / 2.7e3) == 0.0
+def test_viscosity_r5_is_zero_for_receding_points(N):
+    assert closing(N) == 0.0
+    assert closing(-N) == -N
+    assert viscous_pressure(0.0, 2.5 * 5e3, 1.5, 1.0 / 2.7e3) == 0.0
 
 
-def test_viscous_pressure_r5_of_approaching_rings():
-    h, D, N, c, rho = 0.3, 0.5, -700.0, 5350.0, 2710.0
-    mu = -420.0
-    got = viscous_pressure(N, 1.0 / D, h, 2.5 * c, 1.5, 1.0 / rho)
+def test_viscous_pressure_r5_of_approaching_points():
+    got = viscous_pressure(-420.0, 2.5 * 5350.0, 1.5, 1.0 / 2710.0)
     want = (2.5 * 5350.0 * 420.0 + 1.5 * 420.0**2) / 2710.0
-    assert h * N / D == approx(mu, rel=1e-15)
     assert got == approx(want, rel=1e-14)
-    assert viscous_pressure(N, 1.0 / D, h, 0.0, 0.0, 1.0 / rho) == 0.0
+    assert viscous_pressure(-420.0, 0.0, 0.0, 1.0 / 2710.0) == 0.0
 
 
-def test_viscous_pressure_r5_does_not_hide_what_is_not_a_number():
-    assert np.isnan(viscous_pressure(np.nan, 2.0, 0.3, 2.5 * 5e3, 1.5, 1.0 / 2.7e3))
+def test_viscosity_r5_does_not_hide_what_is_not_a_number():
+    assert np.isnan(closing(np.nan))
+    assert np.isnan(viscous_pressure(np.nan, 2.5 * 5e3, 1.5, 1.0 / 2.7e3))
 
 
 @given(
-    N=st.floats(-1e9, 1e9), D=st.floats(1e-12, 1e3), alpha=st.floats(0.0, 10.0),
-    beta=st.floats(0.0, 10.0),
+    mu=st.floats(-1e9, 0.0), alpha=st.floats(0.0, 10.0), beta=st.floats(0.0, 10.0)
 )  # fmt: skip
-def test_viscous_pressure_r5_only_ever_resists(N, D, alpha, beta):
-    Pi = viscous_pressure(N, 1.0 / D, 1e-3, alpha * 5e3, beta, 1.0 / 2.7e3)
-    assert Pi >= 0.0
+def test_viscous_pressure_r5_only_ever_resists(mu, alpha, beta):
+    assert viscous_pressure(mu, alpha * 5e3, beta, 1.0 / 2.7e3) >= 0.0

@@ -17,8 +17,8 @@ from mpisph.sph.timestep import StepRule
 
 TABLE = table_of(ALUMINIUM, COPPER)
 BOUNDS = Bounds(
-    density_min=0.01, density_max=5.0, energy_min=-2e7, energy_max=1e8, h_min=1e-6,
-    h_max=1e3,
+    density_min=0.01, density_max=5.0, energy_min=-2e7, energy_max=1e8,
+    crowding_max=10.0, h_min=1e-6, h_max=1e3,
 )  # fmt: skip
 CLOUD = CloudDefinition(1e-3, min_velocity=500.0, quantile=0.99)
 CONSERVED = ("mass", "momentum_z", "kinetic_energy", "internal_energy")

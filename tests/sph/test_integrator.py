@@ -28,6 +28,7 @@ START = np.array([1.0, 0.5, -0.7, 0.3, 1.2, -0.4, 0.8])
 
 def linear_rates(p, predicted):
     fields = dict(zip(INTEGRATED, predicted, strict=True))
+    p.w_z[:] = fields["u_z"]
     state = np.array([p.z, *(fields[name] for name in STATE[1:])])
     rates = COUPLING @ state
     for name, rate in zip(STATE[1:], rates[1:], strict=True):
@@ -37,6 +38,7 @@ def linear_rates(p, predicted):
 def oscillator_rates(p, predicted):
     """A ball on a spring through the axis, and a stress that follows it (both odd)."""
     u_r = predicted[INTEGRATED.index("u_r")]
+    p.w_r[:] = u_r
     p.du_r[:] = -4.0 * p.r
     p.dS_rz[:] = 3.0 * p.r - 0.5 * predicted[INTEGRATED.index("S_rz")]
     p.dE[:] = u_r * u_r
@@ -140,16 +142,32 @@ def test_drift_r11_leaves_a_particle_on_the_axis():
 def test_kick_and_predict_r11_advance_every_field_with_a_rate():
     p = cloud(20, 3)
     p.rates[:] = np.random.default_rng(4).uniform(-1.0, 1.0, p.rates.shape)
+    # Rates for the mean velocity of the kick: no energy is left over.
+    p.w_r[:], p.w_z[:] = p.u_r + 0.125 * p.du_r, p.u_z + 0.125 * p.du_z
     before = p.take(np.arange(p.n))
     want = before.integrated + 0.25 * before.rates
     predicted = predict(p, 0.25)
     np.testing.assert_array_equal(predicted, want)
     np.testing.assert_array_equal(bits(p.values), bits(before.values))
     kick(p, 0.25)
-    np.testing.assert_array_equal(p.integrated, want)
+    np.testing.assert_allclose(p.integrated, want, rtol=1e-14)
     for name in ("m", "r", "z", "div", "P"):
         np.testing.assert_array_equal(getattr(p, name), getattr(before, name))
     np.testing.assert_array_equal(p.rates, before.rates)
+
+
+@pytest.mark.parametrize("tau", [0.25, -0.1, 3.0])
+def test_a_kick_r11_conserves_what_its_rates_conserve(tau):
+    """Kinetic and internal energy change by the power at the velocities w alone."""
+    p = cloud(20, 5)
+    rng = np.random.default_rng(6)
+    p.rates[:] = rng.uniform(-1e3, 1e3, p.rates.shape)
+    p.w_r[:], p.w_z[:] = rng.uniform(-4e3, 4e3, (2, p.n))
+    before = 0.5 * (p.u_r**2 + p.u_z**2) + p.E
+    kick(p, tau)
+    gained = 0.5 * (p.u_r**2 + p.u_z**2) + p.E - before
+    want = tau * (p.dE + p.du_r * p.w_r + p.du_z * p.w_z)
+    np.testing.assert_allclose(gained, want, rtol=0.0, atol=1e-8)
 
 
 @pytest.mark.parametrize("n", [0, 1])

@@ -1,7 +1,14 @@
 """Records: what the pair loop reads of a particle."""
 
 import numpy as np
-from oracles import ALUMINIUM, SCHEME, cloud, pressure_and_sound_speed, sent_fields
+from oracles import (
+    ALUMINIUM,
+    SCHEME,
+    cloud,
+    pressure_and_sound_speed,
+    sent_fields,
+    table_of,
+)
 
 from mpisph.sph.neighbours import make_lattice, sort_into_cells
 from mpisph.sph.pair_records import (
@@ -19,7 +26,7 @@ def test_records_follow_the_fields_of_the_record():
     cells = sort_into_cells(p.id, p.r, p.z, p.h, make_lattice(2e-3, 3.0))
     s = name_fields(sent_fields(p)[0])
     records = np.empty((5, RECORD_FIELDS))
-    write_pair_records(s, cells.order, SCHEME, records)
+    write_pair_records(s, cells.order, table_of(ALUMINIUM), SCHEME, records)
     ring = PairRecord(*records.T)
     s = Sources(*(field[cells.order] for field in s))
     P, c = np.array(
@@ -35,15 +42,15 @@ def test_records_follow_the_fields_of_the_record():
     expected = {
         "half_h": 0.5 * s.h,
         "half_rho": 0.5 * s.rho,
-        "m_F": -2.0 * s.m,
+        "V_F": -2.0 * s.m / s.rho,
+        "eta": np.where(s.div < 0, 1.0, -1.0) * s.rho / 2710.0,
         "root": s.r**-0.5,
-        "inv_rho": 1.0 / s.rho,
         "half_alpha_c": 0.5 * 2.5 * c,
         "zeta": 0.5 * s.h * c + 1.0 * s.h**2 * closing,
-        "s_rr": (P - s.S_rr) / s.rho**2,
-        "s_tr": (P - (-s.S_rr - s.S_zz) - (P - s.S_rr)) / s.rho**2,
-        "s_zz": (P - s.S_zz) / s.rho**2,
-        "s_rz": -s.S_rz / s.rho**2,
+        "s_rr": (P - s.S_rr),
+        "s_tr": (P - (-s.S_rr - s.S_zz) - (P - s.S_rr)),
+        "s_zz": (P - s.S_zz),
+        "s_rz": -s.S_rz,
     }
     for name, want in expected.items():
         got = getattr(ring, name)

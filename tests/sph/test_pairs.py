@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mpisph.sph.pair_records import RECORD_FIELDS, PairRecord
-from mpisph.sph.pairs import GROUP, LANES, MASS, make_buffer, pack_neighbours
+from mpisph.sph.pairs import GROUP, LANES, VOLUME, make_buffer, pack_neighbours
 
 
 @pytest.mark.parametrize("candidates", [0, 1, 8, 9, 512, 513, 1000])
@@ -15,7 +15,7 @@ def test_the_buffer_has_room_for_all_candidates_and_what_fills_them_up(candidate
 
 
 @pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 16, 21])
-def test_neighbours_are_packed_and_filled_up_with_rings_of_no_mass(n):
+def test_neighbours_are_packed_and_filled_up_with_rings_of_no_volume(n):
     records = np.random.default_rng(n).normal(size=(40, RECORD_FIELDS))
     index = np.full(n + LANES, -1)
     index[:n] = np.random.default_rng(1).permutation(40)[:n]
@@ -26,9 +26,9 @@ def test_neighbours_are_packed_and_filled_up_with_rings_of_no_mass(n):
     got = np.concatenate(rows[:, :padded], axis=1)
     assert got.shape == (padded, RECORD_FIELDS)
     np.testing.assert_array_equal(got[:n], records[index[:n]])
-    mass = PairRecord._fields.index("m_F")
-    assert mass == GROUP + MASS
-    others = np.arange(RECORD_FIELDS) != mass
+    volume = PairRecord._fields.index("V_F")
+    assert volume == GROUP + VOLUME
+    others = np.arange(RECORD_FIELDS) != volume
     for row in got[n:]:
-        assert row[mass] == 0.0
+        assert row[volume] == 0.0
         np.testing.assert_array_equal(row[others], got[0][others])

@@ -12,6 +12,7 @@ from mpisph.core.particles import Particles
 from mpisph.sph.timestep import (
     StepRule,
     force_limit,
+    heat_limit,
     local_limit,
     signal_limit,
     smoothing_limit,
@@ -21,13 +22,21 @@ from mpisph.sph.timestep import (
 
 
 def test_signal_limit_r11():
-    h, c = 2e-3, 5000.0
-    assert signal_limit(h, c, 3e5, 0.0, 0.0) == approx(4e-7, rel=1e-15)
-    # In expansion only alpha slows: c (1 + 0.6 x 2.5).
-    assert signal_limit(h, c, 3e5, 2.5, 1.5) == approx(h / 12500.0, rel=1e-15)
-    # In compression 0.6 beta h |div| = 0.6 x 1.5 x 600 joins.
-    limit = signal_limit(h, c, -3e5, 2.5, 1.5)
-    assert limit == approx(h / (12500.0 + 540.0), rel=1e-15)
+    h, c, rho = 2e-3, 5000.0, 2700.0
+    assert signal_limit(h, c, rho, 0.0, 0.0) == approx(4e-7, rel=1e-15)
+    # Longitudinal waves of steel: K 160, G 80 GPa: sqrt((160 + 320/3) GPa/rho).
+    c = math.sqrt(160e9 / 7800.0)
+    want = h / math.sqrt(800e9 / 3.0 / 7800.0)
+    assert signal_limit(h, c, 7800.0, 80e9, 0.0) == approx(want, rel=1e-15)
+    limit = signal_limit(h, 5000.0, rho, 0.0, 1500.0)
+    assert limit == approx(h / (5000.0 + 0.6 * 1500.0), rel=1e-15)
+
+
+def test_heat_limit_r11():
+    # Explicit diffusion: 4 zeta/h^2 is the rate at which a particle's heat goes.
+    assert heat_limit(2e-3, 5.0, 1.0) == approx(2e-7, rel=1e-15)
+    assert heat_limit(2e-3, 5.0, 10.0) == approx(2e-8, rel=1e-15)
+    assert heat_limit(2e-3, 0.0, 1.0) == math.inf
 
 
 def test_force_limit_r11():
@@ -54,6 +63,9 @@ def varied(n, seed):
     p.c[:] = rng.uniform(3e3, 9e3, n)
     p.du_r[:], p.du_z[:] = rng.uniform(-1.0, 1.0, (2, n)) * 1e11
     p.dh[:] = rng.uniform(-1.0, 1.0, n) * 1e3
+    p.G[:] = rng.uniform(0.0, 30e9, n)
+    p.damping[:] = rng.uniform(0.0, 2e4, n)
+    p.crowding[:] = rng.uniform(0.5, 1.5, n)
     return p
 
 
@@ -61,10 +73,12 @@ def varied(n, seed):
 def test_local_limit_r11_is_the_smallest_of_all(seed):
     p = varied(200, seed)
     closing = np.where(p.div < 0, -p.div, 0)
-    speed = p.c + 0.6 * (SCHEME.alpha * p.c + SCHEME.beta * p.h * closing)
+    speed = np.sqrt(p.c**2 + 4.0 / 3.0 * p.G / p.rho) + 0.6 * p.damping
+    zeta = SCHEME.g1 * p.h * p.c + SCHEME.g2 * p.h**2 * 2.0 * closing
     limits = np.array(
         [
             p.h / speed,
+            p.h**2 / (4.0 * zeta * p.crowding),
             np.sqrt(p.h / np.sqrt(p.du_r**2 + p.du_z**2)),
             1.0 / np.abs(p.div),
             p.h / np.abs(p.dh),
@@ -77,7 +91,16 @@ def test_local_limit_r11_is_the_smallest_of_all(seed):
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("h", 1e-9), ("c", 1e9), ("du_z", 1e20), ("div", 1e15), ("dh", -1e15)],
+    [
+        ("h", 1e-9),
+        ("c", 1e9),
+        ("G", 1e20),
+        ("damping", 1e9),
+        ("crowding", 1e6),
+        ("du_z", 1e20),
+        ("div", 1e15),
+        ("dh", -1e15),
+    ],
 )
 def test_local_limit_r11_heeds_every_limit(field, value):
     p = varied(50, 1)

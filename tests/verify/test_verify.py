@@ -4,8 +4,10 @@ import csv
 import io
 import json
 import math
+import re
 
 import pytest
+from documents import table_rows, text_of
 from launch import MPISPH, call, launch
 from mpi4py import MPI
 from report_pages import Page, assert_links_lead_somewhere, assert_nothing_is_fetched
@@ -20,6 +22,8 @@ from mpisph.verify.problems import PROBLEMS, find_problems
 from mpisph.verify.record import COLUMNS, write_record
 from mpisph.verify.runner import verify
 from mpisph.verify.tables import problem_table, verdict_table
+
+DOCUMENT = text_of("mpisph/verify/README.md")
 
 PLATE = {
     "name": "plate",
@@ -181,10 +185,18 @@ def test_problems_have_names_of_their_own_and_sources():
         assert [setup.label for setup in problem.setups(True)]
 
 
+def test_the_document_has_them_all():
+    rows = table_rows(
+        text_of("mpisph/verify/README.md"), "| problem | exact solution |"
+    )
+    listed = re.findall(r"`([\w-]+)`", " ".join(row[0] for row in rows))
+    assert listed == [*PROBLEMS]
+
+
 def test_a_wrong_name_is_answered_with_the_right_one():
     with pytest.raises(InputError, match="did you mean uniform-expansion"):
         find_problems(["uniform-expansoin"])
-    with pytest.raises(InputError, match="there are uniform-expansion"):
+    with pytest.raises(InputError, match="there are constant-pressure, "):
         find_problems(["qqqq"])
     name = "uniform-expansion"
     assert [p.name for p in find_problems([name, name])] == [name]

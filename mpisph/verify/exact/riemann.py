@@ -18,7 +18,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 class GasState(NamedTuple):
-    """Density [kg/m^3], velocity [m/s] and pressure [Pa], of a point or of many."""
+    """Density, velocity and pressure of a point or of many, in any consistent units."""
 
     rho: Any
     u: Any
@@ -34,7 +34,7 @@ class Riemann(NamedTuple):
     gamma : float
         Ratio of specific heats.
     P, u : float
-        Pressure [Pa] and velocity [m/s] between the two waves.
+        Pressure and velocity between the two waves.
     """
 
     left: GasState
@@ -56,7 +56,7 @@ class Riemann(NamedTuple):
         )
 
     def at(self, speed: npt.ArrayLike) -> GasState:
-        """Return the state at x/t [m/s], of any shape."""
+        """Return the state at x/t, of any shape."""
         s = np.asarray(speed, dtype=np.float64)
         to_left = GasState(*_side(self, self.left, s, -1.0))
         to_right = GasState(*_side(self, self.right, s, 1.0))

@@ -8,7 +8,27 @@ from mpisph.inputs.spelling import nearest
 from mpisph.verify.problem import Problem
 
 _MODULES = [
+    "constant_pressure",
     "uniform_expansion",
+    "free_flight",
+    "galilean_shift",
+    "conservation",
+    "sod",
+    "strong_tube",
+    "noh_planar",
+    "noh_cylindrical",
+    "noh_spherical",
+    "sedov",
+    "plates",
+    "contact",
+    "precursor",
+    "spin",
+    "rotation",
+    "torus",
+    "sphere",
+    "tension",
+    "verney",
+    "taylor",
 ]
 
 PROBLEMS: dict[str, Problem] = {

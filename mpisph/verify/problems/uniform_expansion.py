@@ -26,12 +26,12 @@ END = 1.0
 SOON = 1e-3
 # After which the first rates are taken [s].
 
-INSIDE = 0.6
+INSIDE = 0.55
 # Share of the radius within which no kernel reaches the surface at the start.
 
 
 def _setups(quick: bool) -> list[Setup]:
-    return [_setup(n) for n in ((10, 20) if quick else (20, 40))]
+    return [_setup(n) for n in ((12, 24) if quick else (20, 40))]
 
 
 def _setup(n: int) -> Setup:

@@ -1,0 +1,53 @@
+"""All problems, quick: nothing fails but what is known to, and that does."""
+
+import pytest
+from mpi4py import MPI
+
+from mpisph.verify.problems import PROBLEMS
+from mpisph.verify.runner import verify_one
+
+FAULTS = {
+    "constant-pressure": {"NPH 1.2: |a_r| inside"},
+    "uniform-expansion": {
+        "density, largest relative error",
+        "smoothing length, largest relative error",
+    },
+    "free-flight": {
+        "ring: density over the exact, worst",
+        "rod: density over the exact, worst",
+        "rod: smoothing length over the exact, worst",
+    },
+    "sod": {
+        "pressure at the contact, error beyond its first layers",
+        "velocity behind the shock",
+    },
+    "strong-tube": {
+        "pressure at the contact, error beyond its first layers",
+        "pressure behind the shock",
+    },
+    "noh-planar": {"density behind the shock", "density, worst layer", "shock at"},
+    "noh-cylindrical": {"density, worst layer", "shock at"},
+    "noh-spherical": {"density behind the shock", "density, worst layer", "shock at"},
+    "sedov": {"peak density", "shock at", "mean error of the density"},
+    "plates": {
+        "mie-grueneisen 3 km/s: energy",
+        "mie-grueneisen 3 km/s: energy nearer to the contact",
+    },
+    "contact": {"aluminium: pressure that is farthest off, from the second layer on"},
+    "precursor": {"stress between the waves (elastic limit)"},
+    "torus": {"frequency in flight"},
+    "tension": {"time of a pass"},
+    "verney": {
+        "square, 6 cm: inner radius where it is farthest off",
+        "square, 6 cm: outer radius where it is farthest off",
+    },
+}
+"""Checks that fail, by problem: what the scheme does not reach."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_a_problem_fails_where_it_is_known_to(name, tmp_path):
+    verdict = verify_one(PROBLEMS[name], MPI.COMM_SELF, tmp_path, quick=True)
+    assert not verdict.reason
+    assert set(verdict.failed) == FAULTS.get(name, set())
