@@ -44,7 +44,6 @@ FAULTS = {
     "contact": {"aluminium: pressure that is farthest off, from the second layer on"},
     "precursor": {"stress between the waves (elastic limit)"},
     "torus": {"frequency in flight"},
-    "sphere": {"frequency"},
     "tension": {"time of a pass"},
     "verney": {
         "square, 6 cm: inner radius where it is farthest off",

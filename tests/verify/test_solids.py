@@ -9,6 +9,7 @@ import pytest
 from mpisph.case.discretise import discretise
 from mpisph.case.initial import complete_particles
 from mpisph.verify.exact.elasticity import bar_stress, spun_section
+from mpisph.verify.exact.taylor import final_length
 from mpisph.verify.layers import crossing
 from mpisph.verify.problem import Solved
 from mpisph.verify.problems import (
@@ -18,6 +19,7 @@ from mpisph.verify.problems import (
     rotation,
     sphere,
     spin,
+    taylor,
     tension,
     torus,
     verney,
@@ -261,6 +263,33 @@ def test_tension():
 
     (name,) = failed(tension.PROBLEM, solved(tension.PROBLEM, clumped))
     assert name.startswith("closest particles")
+
+
+def test_taylor():
+    exact = final_length(
+        taylor._LENGTH, taylor._DENSITY, taylor._YIELD, taylor._VELOCITY
+    )
+
+    def shortened(_, start, time):
+        # The free ends keep their spacing, and all kinetic energy becomes plastic work.
+        beyond = taylor._LENGTH - start["z"].max()
+        share = (exact - beyond) / (taylor._LENGTH - beyond)
+        strain = 0.5 * taylor._DENSITY * taylor._VELOCITY**2 / taylor._YIELD
+        return {
+            "z": start["z"] * (share if time else 1.0),
+            "plastic_strain": np.full_like(start["r"], strain),
+        }
+
+    runs = solved(taylor.PROBLEM, shortened)
+    checks = taylor.PROBLEM.check(runs)
+    assert [check.measured for check in checks] == pytest.approx(
+        [check.exact for check in checks]
+    )
+    taylor.PROBLEM.draw(runs, BytesIO())
+    wrong = solved(taylor.PROBLEM, off(shortened, plastic_strain=0.9))
+    assert failed(taylor.PROBLEM, wrong) == ["plastic work over kinetic energy"]
+    still = solved(taylor.PROBLEM, lambda *_: {})
+    assert "final length" in failed(taylor.PROBLEM, still)
 
 
 @pytest.mark.parametrize("lattice", ["square", "polar"])

@@ -28,6 +28,7 @@ _MODULES = [
     "sphere",
     "tension",
     "verney",
+    "taylor",
 ]
 
 PROBLEMS: dict[str, Problem] = {

@@ -34,7 +34,7 @@ _ROUND_BOUND = 0.05
 
 
 def _setups(quick: bool) -> list[Setup]:
-    return [_setup(count) for count in ((10,) if quick else (10, 20, 40))]
+    return [_setup(count) for count in ((30,) if quick else (10, 20, 40))]
 
 
 def _setup(count: int) -> Setup:
