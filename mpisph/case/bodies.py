@@ -56,4 +56,4 @@ def particle_count(bodies: Iterable[Body], spacing: float) -> int:
         Exact for plates and cylinders; for other shapes the section over the area of a
         cell, which is nearly exact.
     """
-    return sum(body.section.count(spacing) for body in bodies)
+    return sum(body.section.count(spacing, body.filling) for body in bodies)

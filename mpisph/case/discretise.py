@@ -25,8 +25,7 @@ class InitialParticles(NamedTuple):
     Attributes
     ----------
     id : ndarray of int64, shape (n,)
-        Those of all particles run from 0, body by body, along z, and within a row
-        along r.
+        Those of all particles run from 0, body by body and row by row.
     body : ndarray of int64, shape (n,)
         Index in ``case.bodies``.
     material : ndarray of int64, shape (n,)
@@ -126,7 +125,7 @@ def discretise(
 
 
 def _fillings(case: Case) -> list[Filling]:
-    return [body.section.lattice(case.spacing) for body in case.bodies]
+    return [body.section.fill(case.spacing, body.filling) for body in case.bodies]
 
 
 def _ends(fillings: Sequence[Filling]) -> IntArray:

@@ -159,7 +159,7 @@ def _check(stream: Stream, solved: Sequence[Solved]) -> list[Check]:
             order,
         ),
         Check.within("density, worst layer", worst, float(inside), tolerance, "kg/m3"),
-        Check.within("shock at", place, SHOCK, SHOCK_PLACE * dx, "m"),
+        Check.within("place of the shock", place, SHOCK, SHOCK_PLACE * dx, "m"),
     ]
 
 

@@ -78,7 +78,7 @@ def _view(verdict: Verdict) -> ProblemView:
         title=problem.title,
         source=problem.source,
         passed=verdict.passed,
-        why="unstable" if verdict.reason else ", ".join(verdict.failed),
+        why="unstable" if verdict.reason else "; ".join(verdict.failed),
         notices=[Notice("bad", verdict.reason)] if verdict.reason else [],
         rows=[tuple(c or NONE for c in cells(check)) for check in verdict.checks],
         figures=[] if picture is None else [Figure(problem.caption, picture)],

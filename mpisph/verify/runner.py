@@ -162,6 +162,6 @@ def _line(verdict: Verdict, wall: float) -> str:
     """Return how a problem ended."""
     particles = grouped(max(facts.particles for facts in verdict.runs))
     size = f"{counted(len(verdict.runs), 'run')} of up to {particles} particles"
-    why = verdict.reason or ", ".join(verdict.failed)
+    why = verdict.reason or "; ".join(verdict.failed)
     outcome = "pass" if verdict.passed else f"FAIL ({why})"
     return f"{verdict.problem.name}: {size}, {wall:.1f} s: {outcome}"

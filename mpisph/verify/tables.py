@@ -29,10 +29,15 @@ def cells(check: Check) -> tuple[str, ...]:
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     """Return a table with a row for each check, or for why there is none."""
     table = Table()
-    table.add_column("problem")
+    table.add_column("problem", no_wrap=True)
     for head in HEADS:
         number = head in {"measured", "exact", "bound", "order"}
-        table.add_column(head, justify="right" if number else "left")
+        table.add_column(
+            head,
+            justify="right" if number else "left",
+            no_wrap=head != "quantity",
+            overflow="fold",
+        )
     for verdict in verdicts:
         name = verdict.problem.name
         rows = [cells(check) for check in verdict.checks]

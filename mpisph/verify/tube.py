@@ -173,7 +173,7 @@ def _check(tube: Tube, solved: Sequence[Solved]) -> list[Check]:
     errors = [_mean_error(tube, each) for each in solved]
     order = observed_order([each.run.case.spacing for each in solved], errors)
     return [
-        Check.within("shock at z", place, shock, SHOCK_PLACE * dx, "m"),
+        Check.within("place of the shock", place, shock, SHOCK_PLACE * dx, "m"),
         Check.at_most(
             "pressure at the contact, error beyond its first layers",
             _contact_error(tube, finest),

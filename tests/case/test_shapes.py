@@ -37,6 +37,10 @@ class Cone(Section):
         return 0.5 * self.radius * (self.high - self.low)
 
     @property
+    def volume(self):
+        return np.pi * self.radius**2 * (self.high - self.low) / 3.0
+
+    @property
     def walls(self):
         return ()
 

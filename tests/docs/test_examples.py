@@ -161,7 +161,7 @@ def test_the_shapes_and_their_keys_are_those_of_a_case():
     common = set.intersection(*(set(body.model_fields) for body in BODIES))
     shapes = {get_args(b.model_fields["shape"].annotation)[0]: b for b in BODIES}
     assert keys == {name: set(b.model_fields) - common for name, b in shapes.items()}
-    sentence = re.search(r"Common to all shapes\s(.+?)\. Bodies", CASES_PAGE, re.S)[1]
+    sentence = re.search(r"Common to all shapes\s(.+?)\.\sBodies", CASES_PAGE, re.S)[1]
     assert set(re.findall(r"`([a-z_]+)`", sentence)) == common - {"shape"}
 
 

@@ -25,10 +25,18 @@ FAULTS = {
         "pressure at the contact, error beyond its first layers",
         "pressure behind the shock",
     },
-    "noh-planar": {"density behind the shock", "density, worst layer", "shock at"},
-    "noh-cylindrical": {"density, worst layer", "shock at"},
-    "noh-spherical": {"density behind the shock", "density, worst layer", "shock at"},
-    "sedov": {"peak density", "shock at", "mean error of the density"},
+    "noh-planar": {
+        "density behind the shock",
+        "density, worst layer",
+        "place of the shock",
+    },
+    "noh-cylindrical": {"density, worst layer", "place of the shock"},
+    "noh-spherical": {
+        "density behind the shock",
+        "density, worst layer",
+        "place of the shock",
+    },
+    "sedov": {"peak density", "place of the shock", "mean error of the density"},
     "plates": {
         "mie-grueneisen 3 km/s: energy",
         "mie-grueneisen 3 km/s: energy nearer to the contact",

@@ -15,6 +15,8 @@ class Cylinder(Shape):
 
     shape: Literal["cylinder"]
     """Shape of the body."""
+    filling: Literal["square", "hexagonal"] = "square"
+    """How the particles are arranged."""
     radius: PositiveLength
     """Outer radius."""
     length: PositiveLength

@@ -15,6 +15,8 @@ class Plate(Shape):
 
     shape: Literal["plate"]
     """Shape of the body."""
+    filling: Literal["square", "hexagonal"] = "square"
+    """How the particles are arranged."""
     thickness: PositiveLength
     """Thickness along z."""
     radius: PositiveLength

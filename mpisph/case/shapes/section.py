@@ -81,6 +81,8 @@ class Lattice(NamedTuple):
         Section of one particle of each row [m^2].
     spacing : float
         [m].
+    stride : int, optional
+        Columns from one particle of a row to the next.
     """
 
     z: FloatArray
@@ -90,10 +92,16 @@ class Lattice(NamedTuple):
     width: float
     area: FloatArray
     spacing: float
+    stride: int = 1
 
     def rings(self, row: IntArray, place: IntArray) -> Rings:
-        """Return the particles at places in rows (S1)."""
-        column = (self.first[row] + place).astype(np.float64)
+        """Return the particles at places in rows.
+
+        Sums over rings of a mass are then integrals over the body, to fourth order in
+        the width: the midpoint rule leaves ``width^2/24`` of a function's value on the
+        axis, which the shift of the rings takes away (R1).
+        """
+        column = (self.first[row] + self.stride * place).astype(np.float64)
         middle = self.inner + (column + 0.5) * self.width
         return Rings(
             r=middle + self.width**2 / (24.0 * middle),
@@ -102,6 +110,18 @@ class Lattice(NamedTuple):
             area=self.area[row],
             spacing=np.full(row.size, self.spacing),
         )
+
+
+SQUARE, HEXAGONAL, POLAR = "square", "hexagonal", "polar"
+
+
+def hexagonal_cell(spacing: float) -> tuple[float, float]:
+    """Return width and height of what a point of a hexagonal lattice stands for [m].
+
+    Neighbours are a height apart, and the area is that of a square of the spacing.
+    """
+    height = spacing * math.sqrt(2.0 / math.sqrt(3.0))
+    return spacing**2 / height, height
 
 
 class Section(ABC):
@@ -125,6 +145,11 @@ class Section(ABC):
     @abstractmethod
     def area(self) -> float:
         """Area [m^2]."""
+
+    @property
+    @abstractmethod
+    def volume(self) -> float:
+        """Volume of the body [m^3]."""
 
     @property
     @abstractmethod
@@ -165,9 +190,46 @@ class Section(ABC):
         """Largest of the coordinates r and abs(z) [m]."""
         return max(abs(self.ends[0]), abs(self.ends[1]), self.widest)
 
-    def count(self, spacing: float) -> int:
+    def count(self, spacing: float, filling: str = SQUARE) -> int:
         """Estimate the number of particles at a spacing [m], without making them."""
         return round(self.area / spacing**2)
+
+    def fill(self, spacing: float, filling: str = SQUARE) -> Filling:
+        """Divide the section among particles.
+
+        Parameters
+        ----------
+        spacing : float
+            [m].
+        filling : str, optional
+            One of the fillings that the section knows.
+        """
+        known = {SQUARE: self.lattice, HEXAGONAL: self.hexagonal}
+        return known[filling](spacing)
+
+    def hexagonal(self, spacing: float) -> Lattice:
+        """Return the points within of a hexagonal lattice, symmetric about the middle.
+
+        Every point has the same area, such that the volume is exact. The axis lies
+        between two columns, of which every other one is shifted along z.
+        """
+        low, high = self.ends
+        width, height = hexagonal_cell(spacing)
+        reach = math.ceil((high - low) / height)
+        rows = np.arange(-reach, reach + 1)
+        z = self.middle + rows.astype(np.float64) * (0.5 * height)
+        rows, z = rows[(low < z) & (z < high)], z[(low < z) & (z < high)]
+        inner, outer = self.radii(z)
+        first = np.ceil(inner / width - 0.5).astype(np.int64)
+        first += (first - rows) % 2
+        last = np.floor(outer / width - 0.5).astype(np.int64)
+        length = np.maximum((last - first) // 2 + 1, 0)
+        # The columns of a row, at half their width, sum up to this many widths.
+        volume = 2.0 * math.pi * width * (length * (first + length - 0.5)).sum()
+        area = self.volume / volume if volume > 0.0 else spacing**2
+        return Lattice(
+            z, first, length, 0.0, width, np.full(z.size, area), spacing, stride=2
+        )
 
     def lattice(self, spacing: float) -> Lattice:
         """Return the points within of a square lattice.

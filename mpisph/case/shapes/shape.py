@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from importlib import import_module
 from typing import ClassVar, get_args
 
-from mpisph.case.shapes.section import Section
+from mpisph.case.shapes.section import SQUARE, Section
 from mpisph.inputs.expressions import DensityProfile, EnergyProfile, VelocityProfile
 from mpisph.inputs.quantities import FrozenModel, Identifier, Position, Velocity
 from mpisph.materials.model import EquationOfState
@@ -42,6 +42,8 @@ class Shape(FrozenModel, ABC):
     """Equation of state of this body; the scheme's, if left out."""
     shape: str
     """Shape of the body."""
+    filling: str = SQUARE
+    """How the particles are arranged."""
 
     @classmethod
     def label(cls) -> str:

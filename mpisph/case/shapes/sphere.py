@@ -16,6 +16,8 @@ class Sphere(Shape):
 
     shape: Literal["sphere"]
     """Shape of the body."""
+    filling: Literal["square", "hexagonal", "polar"] = "square"
+    """How the particles are arranged; `polar` is in layers around the centre."""
     radius: PositiveLength
     """Radius, half of the diameter."""
 

@@ -17,6 +17,8 @@ class SphericalShell(Shape):
 
     shape: Literal["spherical_shell"]
     """Shape of the body."""
+    filling: Literal["square", "hexagonal", "polar"] = "square"
+    """How the particles are arranged; `polar` is in layers around the centre."""
     outer_radius: PositiveLength
     """Outer radius."""
     inner_radius: PositiveLength

@@ -115,7 +115,7 @@ def _check(solved: Sequence[Solved]) -> list[Check]:
             observed_order(spacings, [SOLUTION.jump - peak for peak in peaks]),
         ),
         Check.within(
-            "shock at",
+            "place of the shock",
             fronts[-1],
             FRONT,
             coarse * TOLERANCE * FRONT,
