@@ -172,11 +172,9 @@ def linear_pressure(rho, E, mat):
 
 
 def mie_grueneisen_pressure(rho, E, mat):
-    """Hugoniot as the reference: P = P_H + Gamma rho (E - E_H)."""
+    """Reference: the Hugoniot, P = P_H + Gamma rho (E - E_H), or cold expansion."""
     if rho.real < mat.rho0:
-        P_H = mat.c0**2 * (rho - mat.rho0)
-        E_H = 0.5 * P_H * (1.0 / mat.rho0 - 1.0 / rho)
-        return P_H + mat.gamma * rho * (E - E_H)
+        return mat.c0**2 * (rho - mat.rho0) + mat.gamma * rho * E
     # By the strain x = 1 - rho0/rho: P_H = rho0 c0^2 x/(1 - s x)^2.
     m_end = 0.8 / (mat.slope - 1.0)
     x_end = m_end / (1.0 + m_end)
@@ -265,10 +263,10 @@ def jaumann(L, S, mu):
     return 2.0 * mu * (D - np.trace(D) / 3.0 * np.eye(3)) + W @ S - S @ W
 
 
-def corrected(L, K):
-    """Return the gradient of which L is the sum, or L where that cannot be told."""
-    plane = np.linalg.det(K[::2, ::2])
-    return L @ np.linalg.inv(K) if plane > 0.1 and K[1, 1] > 0.1 else L
+def inverse_or_unity(K):
+    """Return the inverse of the moments, or unity where there is too little of them."""
+    enough = np.linalg.det(K[::2, ::2]) > 0.1 and np.diag(K).min() > 0.1
+    return np.linalg.inv(K) if enough else np.eye(3)
 
 
 # -- Particles
@@ -296,6 +294,8 @@ def cloud(
     p.u_r[:], p.u_z[:] = rng.uniform(-4e3, 4e3, (2, n))
     p.stress[:] = rng.uniform(-5e9, 5e9, (3, n))
     p.div[:] = rng.uniform(-1e6, 1e6, n)
+    unity = np.array([1.0, 1.0, 0.0, 1.0])[:, None]
+    p.correction[:] = unity + rng.uniform(-0.3, 0.3, (4, n))
     return p
 
 
@@ -336,6 +336,7 @@ def evaluate(
         p.div,
         p.damping,
         p.crowding,
+        p.correction,
         p.neighbours,
         skip_quiescent,
     )
@@ -370,25 +371,34 @@ class BruteForce:
         ).T
         S = np.array([deviator(*stress) for stress in p.stress.T])
         self.sigma = P[:, None, None] * np.eye(3) - S
+        rr, tt, rz, zz = p.correction
+        self.B = np.zeros((p.n, 3, 3))
+        self.B[:, 0, 0], self.B[:, 1, 1], self.B[:, 2, 2] = rr, tt, zz
+        self.B[:, 0, 2] = self.B[:, 2, 0] = rz
         closing = np.where(p.div < 0.0, -2.0 * p.div, 0.0)
         self.zeta = scheme.g1 * p.h * self.c + scheme.g2 * p.h**2 * closing
         self.eta = p.rho / np.array([mat.rho0 for mat in mats])
+        self.stress = self.sigma @ self.B
         sums = [self._ring(a) for a in range(p.n)]
         self.L, self.K, self.du, self.dE, self.damping, self.crowding, self.count = (
             np.array(x) for x in zip(*sums, strict=True)
         )
-        div, hoop = np.trace(self.L, axis1=1, axis2=2), self.L[:, 1, 1]
+        D = self.L @ self.B
+        div, hoop = np.trace(D, axis1=1, axis2=2), D[:, 1, 1]
         crowded = (self.crowding > 1.1) & (div > 0.0)
         self.div = np.where(crowded, 0.0, div)
         self.drho = -p.rho * self.div
         state = zip(p.rho.tolist(), p.E.tolist(), mats, strict=True)
         mu = [0.0 if is_torn(*each) else each[2].mu for each in state]
+        inverse = [inverse_or_unity(K) for K in self.K]
         self.dS = np.array(
             [
-                jaumann(corrected(L, K), s, G)
-                for L, K, s, G in zip(self.L, self.K, S, mu, strict=True)
+                jaumann(L @ B, s, G)
+                for L, B, s, G in zip(self.L, inverse, S, mu, strict=True)
             ]
         )
+        solid = [G > 0.0 and not scheme.lee2003 for G in mu]
+        self.next_B = np.where(np.array(solid)[:, None, None], inverse, np.eye(3))
         relative = {
             CLASSIC: self.div,
             AXISYMMETRIC: np.where(crowded, 0.0, div - hoop),
@@ -417,7 +427,7 @@ class BruteForce:
         speed = np.stack([p.u_r[b], 0.0 * p.u_r[b], p.u_z[b]], axis=-1)
         u_b = np.einsum("tij,bj->bti", frame, speed)
         closing = np.array([p.u_r[a], 0.0, p.u_z[a]]) - u_b
-        sigma_b = np.einsum("tij,bjk,tlk->btil", frame, self.sigma[b], frame)
+        stress_b = np.einsum("tij,bjk,tlk->btil", frame, self.stress[b], frame)
 
         W = gaussian_3d((apart**2).sum(-1), h[:, None])
         grad = -2.0 / h[:, None, None] ** 2 * apart * W[..., None]
@@ -435,9 +445,9 @@ class BruteForce:
             other = m / rho / p.rho[a] * np.where(compressed[1], 1.0 / eta, 1.0)
         L = np.einsum("b,bti,btj->ij", by_volume / n, -closing, grad)
         K = np.einsum("b,bti,btj->ij", by_volume / n, -apart, grad)
-        du = -np.einsum("b,ij,btj->i", own / n, self.sigma[a], grad)
-        du -= np.einsum("b,btij,btj->i", other / n, sigma_b, grad)
-        dE = np.einsum("b,ij,bti,btj->", own / n, self.sigma[a], closing, grad)
+        du = -np.einsum("b,ij,btj->i", own / n, self.stress[a], grad)
+        du -= np.einsum("b,btij,btj->i", other / n, stress_b, grad)
+        dE = np.einsum("b,ij,bti,btj->", own / n, self.stress[a], closing, grad)
 
         F = -2.0 / h**2
         rho_ab = 0.5 * (p.rho[a] + rho)

@@ -89,6 +89,10 @@ FIELDS = (
     Field("plastic", "plastic", "1", "1 while yielding", "derived", False, True),
     Field("w_r", "w_r", "m/s", "u_r that the rates hold for", "derived", False, False),
     Field("w_z", "w_z", "m/s", "u_z that the rates hold for", "derived", False, False),
+    Field("B_rr", "B_rr", "1", "correction of the gradient rr", "derived", True, False),
+    Field("B_tt", "B_tt", "1", "correction of the gradient tt", "derived", True, False),
+    Field("B_rz", "B_rz", "1", "correction of the gradient rz", "derived", True, False),
+    Field("B_zz", "B_zz", "1", "correction of the gradient zz", "derived", True, False),
     Field("damping", "v", "m/s", "viscous signal speed", "derived", False, False),
     Field("crowding", "w", "1", "kernel sum over density", "derived", False, True),
     Field("neighbours", "N", "1", "number of neighbours", "derived", False, False),
@@ -121,6 +125,7 @@ MaterialState: Any = _namedtuple(
 )
 """What material models read and set of particles, each of shape (n,)."""
 
+_CORRECTION = slice(VALUES.index("B_rr"), VALUES.index("B_zz") + 1)
 _STRESS = slice(VALUES.index("S_rr"), VALUES.index("S_rz") + 1)
 
 
@@ -185,6 +190,11 @@ class Particles:
         history = {name: getattr(self, name).copy() for name in HISTORY}
         response = {name: np.empty(self.n) for name in RESPONSE}
         return MaterialState(self.material, **ahead, **history, **response)
+
+    @property
+    def correction(self) -> FloatArray:
+        """B_rr, B_tt, B_rz, B_zz as one view, shape (4, n)."""
+        return self.values[_CORRECTION]
 
     @property
     def stress(self) -> FloatArray:

@@ -23,6 +23,7 @@ from mpisph.physics.response import respond
 from mpisph.solver.setup import initial_scales, make_simulation
 from mpisph.solver.state import Simulation
 from mpisph.solver.step import evaluate_rates, rebalance, reduce_state
+from mpisph.sph.gradient import UNITY
 from mpisph.sph.timestep import StepRule
 
 PIECES = 8
@@ -98,6 +99,7 @@ def start_from(
     keep_freed_memory()  # not before: what was made here is not made again
     sim = make_simulation(case, comm, particles, n_total, cut, scales)
     sim.time = time
+    sim.particles.correction[:] = np.array(UNITY)[:, None]
     respond(sim.particles.material_state(), sim.table, sim.scheme.sound_speed_floor)
     rank_boxes = reduce_state(sim, NO_STEP).rank_boxes
     evaluate_rates(sim, 0.0, rank_boxes, 0.0)

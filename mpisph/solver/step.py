@@ -186,6 +186,7 @@ def evaluate_rates(
             p.div,
             p.damping,
             p.crowding,
+            p.correction,
             p.neighbours,
             sim.skip_quiescent,
         )

@@ -81,29 +81,38 @@ def moments(s, a):
     return s.r_y + s.r_s - a.r * s.x, -s.r_s, s.z_x, s.z_z
 
 
-SOUND = 0.1
-"""Determinant of the moments in the r-z plane, and hoop moment, up to which a particle
-has too few neighbours for a gradient. It is 1 inside, 1/2 at a plane surface, 1/4 at an
-edge, and 0 for a particle alone."""
+UNITY = (1.0, 1.0, 0.0, 1.0)
+"""B of a gradient that is left as it is."""
+
+ENOUGH = 0.1
+"""Determinant of the moments in the r-z plane, and moments, from which on a particle
+has enough neighbours for a gradient. The determinant is 1 inside, 1/2 at a plane
+surface, 1/4 at an edge, and 0 for a particle alone."""
 
 
 @njit(**EXACT)
-def corrected_gradient(L, K):
-    """Return the five components of L, exact for linear velocities (R7) [1/s].
+def inverse_moments(K):
+    """Return B_rr, B_tt, B_rz, B_zz of ``B = K^-1``, or unity with few neighbours (R7).
 
-    The sums of R2 are ``L = G K``, where G is the gradient and K the same sums over
-    positions. Where K is singular, L itself is returned.
+    The sums of R2 are ``L = G K``, where G is the gradient of linear velocities and K
+    the same sums over positions. So ``G = L B``.
     """
-    L_rr, L_tt, L_rz, L_zr, L_zz = L
     K_rr, K_tt, K_rz, K_zz = K
     det = K_rr * K_zz - K_rz * K_rz
-    if not (det > SOUND and K_tt > SOUND):
-        return L
-    rr, zz, rz = K_zz / det, K_rr / det, -K_rz / det
+    if not (det > ENOUGH and K_tt > ENOUGH and K_rr > ENOUGH and K_zz > ENOUGH):
+        return UNITY
+    return K_zz / det, 1.0 / K_tt, -K_rz / det, K_rr / det
+
+
+@njit(**EXACT)
+def corrected(A, B):
+    """Return ``A B`` of a tensor A with the components rr, tt, rz, zr, zz (R2, R7)."""
+    A_rr, A_tt, A_rz, A_zr, A_zz = A
+    B_rr, B_tt, B_rz, B_zz = B
     return (
-        L_rr * rr + L_rz * rz,
-        L_tt / K_tt,
-        L_rr * rz + L_rz * zz,
-        L_zr * rr + L_zz * rz,
-        L_zr * rz + L_zz * zz,
+        A_rr * B_rr + A_rz * B_rz,
+        A_tt * B_tt,
+        A_rr * B_rz + A_rz * B_zz,
+        A_zr * B_rr + A_zz * B_rz,
+        A_zr * B_rz + A_zz * B_zz,
     )

@@ -21,7 +21,7 @@ def _advance(values, rates, tau, out):
 
 
 @njit(**EXACT)
-def _drift(r, z, u_r, u_z, S_rz, du_r, dS_rz, tau):
+def _drift(r, z, u_r, u_z, S_rz, du_r, dS_rz, B_rz, tau):
     for i in range(r.size):
         r[i] += tau * u_r[i]
         z[i] += tau * u_z[i]
@@ -31,6 +31,7 @@ def _drift(r, z, u_r, u_z, S_rz, du_r, dS_rz, tau):
             S_rz[i] = -S_rz[i]
             du_r[i] = -du_r[i]
             dS_rz[i] = -dS_rz[i]
+            B_rz[i] = -B_rz[i]
 
 
 @njit(**EXACT)
@@ -58,7 +59,7 @@ def drift(p: Particles, tau: float) -> None:
     A particle that crosses the axis keeps its place in the half plane r >= 0: r, u_r
     and S_rz change sign, and with them the rates that the prediction uses.
     """
-    _drift(p.r, p.z, p.u_r, p.u_z, p.S_rz, p.du_r, p.dS_rz, tau)
+    _drift(p.r, p.z, p.u_r, p.u_z, p.S_rz, p.du_r, p.dS_rz, p.B_rz, tau)
 
 
 def predict(p: Particles, tau: float) -> FloatArray:

@@ -7,6 +7,7 @@ from numba import njit
 
 from mpisph.core.jit import EXACT
 from mpisph.physics.heat import diffusivity
+from mpisph.sph.gradient import corrected
 
 TINY_RADIUS = 1e-150
 """Keeps 1/r finite for a particle on the axis [m]."""
@@ -18,7 +19,7 @@ class PairRecord(NamedTuple):
     Chosen so that the loop over pairs multiplies little: `half_h` and `half_rho` add up
     to the pair's means, `half_alpha_c` (alpha c/2) and `zeta` to those of alpha c and,
     doubled, of zeta; `root` is ``r^(-1/2)``, `V_F` is ``-2 m/rho``, which is V F h^2;
-    `s_..` is sigma, compression positive, and `s_tr` is ``s_tt - s_rr``. `eta` is
+    `s_..` is sigma B, compression positive (R3), and `s_tr` is ``s_tt - s_rr``. `eta` is
     rho/rho0, negative where theta is zero (R3).
     """
 
@@ -38,6 +39,7 @@ class PairRecord(NamedTuple):
     s_tr: float
     s_zz: float
     s_rz: float
+    s_zr: float
 
 
 RECORD_FIELDS = len(PairRecord._fields)
@@ -55,7 +57,7 @@ def write_pair_records(sources, order, table, scheme, records):
     table : structured ndarray
         Material constants.
     scheme : SchemeConstants
-    records : ndarray, shape (n, 16)
+    records : ndarray, shape (n, 17)
         Written.
     """
     for i in range(order.size):
@@ -77,10 +79,14 @@ def write_pair_records(sources, order, table, scheme, records):
         ring[9] = 0.5 * scheme.alpha * c
         ring[10] = E
         ring[11] = diffusivity(scheme.g1, scheme.g2, h, c, div)
-        ring[12] = P - S_rr
-        ring[13] = 2.0 * S_rr + S_zz
-        ring[14] = P - S_zz
-        ring[15] = -S_rz
+        sigma = (P - S_rr, P + S_rr + S_zz, -S_rz, -S_rz, P - S_zz)
+        B = (sources.B_rr[k], sources.B_tt[k], sources.B_rz[k], sources.B_zz[k])
+        s_rr, s_tt, s_rz, s_zr, s_zz = corrected(sigma, B)
+        ring[12] = s_rr
+        ring[13] = s_tt - s_rr
+        ring[14] = s_zz
+        ring[15] = s_rz
+        ring[16] = s_zr
 
 
 @njit(**EXACT)
@@ -89,5 +95,5 @@ def record_at(records, i):
     x = records[i]
     return PairRecord(
         x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9],
-        x[10], x[11], x[12], x[13], x[14], x[15],
+        x[10], x[11], x[12], x[13], x[14], x[15], x[16],
     )  # fmt: skip

@@ -39,6 +39,9 @@ GROUP = 4
 """Fields that stand side by side in the buffer: one copy moves them, and the loop takes
 them apart by shuffles. Copied one by one, the fields cost 5 ns a pair instead of 2."""
 
+GROUPS = RECORD_FIELDS // GROUP + 1
+"""Groups of the buffer; the last holds the one field that is left, value by value."""
+
 VOLUME = PairRecord._fields.index("V_F") % GROUP
 """Place of V_F in its group."""
 
@@ -78,7 +81,7 @@ def make_buffer(candidates):
     apart would fall on the same lines of the first-level cache.
     """
     lines = (candidates + LANES + 1) // 2
-    return np.empty((RECORD_FIELDS // GROUP, 2 * (lines + 1 - lines % 2), GROUP))
+    return np.empty((GROUPS, 2 * (lines + 1 - lines % 2), GROUP))
 
 
 @njit(**EXACT)
@@ -87,7 +90,7 @@ def pack_neighbours(records, index, n, rows):
 
     Parameters
     ----------
-    records : ndarray, shape (n, 20)
+    records : ndarray, shape (n, 17)
     index : ndarray of int64, shape (>= n + LANES,)
         Of `find_neighbours`; filled up to a multiple of `LANES`.
     n : int
@@ -104,16 +107,17 @@ def pack_neighbours(records, index, n, rows):
     for k in range(n, padded):
         index[k] = index[0]
     place, motion, state, stress = rows[0], rows[1], rows[2], rows[3]
+    left = rows[4].reshape(-1)
     for k in range(padded):
         x = record_at(records, np.uint64(index[k]))
-        _put(x, np.uint64(k), place, motion, state, stress)
+        _put(x, np.uint64(k), place, motion, state, stress, left)
     for k in range(n, padded):
         motion[k, VOLUME] = 0.0
     return padded
 
 
 @njit(**EXACT)
-def _put(x, k, place, motion, state, stress):
+def _put(x, k, place, motion, state, stress, left):
     """Write a ring into place `k` of the five groups, each of shape (length, 4)."""
     row = place[k]
     row[0], row[1], row[2], row[3] = x.r, x.z, x.half_h, x.root
@@ -123,6 +127,7 @@ def _put(x, k, place, motion, state, stress):
     row[0], row[1], row[2], row[3] = x.eta, x.half_alpha_c, x.E, x.zeta
     row = stress[k]
     row[0], row[1], row[2], row[3] = x.s_rr, x.s_tr, x.s_zz, x.s_rz
+    left[k] = x.s_zr
 
 
 @njit(**INLINE)
@@ -198,7 +203,7 @@ def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, theta_a, scheme, lee2003):
     theta_b = inv_ratio_b if lee2003 is not None or b.eta > 0.0 else 0.0
     w_a, w_b = 1.0 + theta_a * d_ratio, 1.0 - theta_b * d_ratio
     stress_r = b.s_rr * x + b.s_tr * (a.r * s2) + b.s_rz * z_A1
-    stress_z = b.s_zz * z_A0 + b.s_rz * y
+    stress_z = b.s_zz * z_A0 + b.s_zr * y
     h2_A0 = h2 * A0
     return (
         (x, y, b.r * s2, z_A0, z_A1),
@@ -218,7 +223,7 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
     Parameters
     ----------
     a : PairRecord
-    buffer : ndarray, shape (4, >= 4 n)
+    buffer : ndarray, shape (5, >= 4 n)
         The packed neighbours.
     n : int
         A multiple of `LANES`.
@@ -237,6 +242,7 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
         good; zero from the other.
     """
     place, motion, state, stress = buffer[0], buffer[1], buffer[2], buffer[3]
+    left = buffer[4]
     root_a = 0.7071067811865476 * a.root
     if lee2003 is None:
         theta_a = 1.0 / a.eta if a.eta > 0.0 else 0.0
@@ -251,7 +257,7 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
             place[4 * k], place[4 * k + 1], place[4 * k + 2], place[4 * k + 3],
             motion[4 * k], motion[4 * k + 1], motion[4 * k + 2], motion[4 * k + 3],
             state[4 * k], state[4 * k + 1], state[4 * k + 2], state[4 * k + 3],
-            stress[4 * k], stress[4 * k + 1], stress[4 * k + 2], stress[4 * k + 3],
+            stress[4 * k], stress[4 * k + 1], stress[4 * k + 2], stress[4 * k + 3], left[k],
         )  # fmt: skip
         dr = a.r - b.r
         dz = a.z - b.z
@@ -298,7 +304,7 @@ def acceleration(sums, a):
     inv_rho = 0.5 / a.half_rho
     return (
         -inv_rho * (sums.f_r + a.s_rr * own.x + a.s_rz * own.z),
-        -inv_rho * (sums.f_z + a.s_rz * own.x + a.s_zz * own.z),
+        -inv_rho * (sums.f_z + a.s_zr * own.x + a.s_zz * own.z),
     )
 
 
@@ -307,6 +313,10 @@ def heating(sums, a):
     """Return dE/dt (R4, R6): the work of a's own stress, viscosity and heat [W/kg]."""
     M_rr, M_tt, M_rz, M_zr, M_zz = velocity_gradient(sums.stress, a)
     work = (
-        a.s_rr * (M_rr + M_tt) + a.s_tr * M_tt + a.s_rz * (M_rz + M_zr) + a.s_zz * M_zz
+        a.s_rr * (M_rr + M_tt)
+        + a.s_tr * M_tt
+        + a.s_rz * M_rz
+        + a.s_zr * M_zr
+        + a.s_zz * M_zz
     )
     return 0.5 / a.half_rho * (0.5 * sums.heat - work)

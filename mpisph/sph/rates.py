@@ -17,7 +17,13 @@ from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import smoothing_rate
 from mpisph.physics.stress import jaumann_rate
-from mpisph.sph.gradient import corrected_gradient, moments, velocity_gradient
+from mpisph.sph.gradient import (
+    UNITY,
+    corrected,
+    inverse_moments,
+    moments,
+    velocity_gradient,
+)
 from mpisph.sph.neighbours import (
     CellOrder,
     Lattice,
@@ -49,13 +55,17 @@ gives its particle too large a volume, hence too large a divergence, and runs aw
 
 
 @njit(**EXACT)
-def _write_rates(sums, a, sources, k, G, mode, crowding, rates):
+def _write_rates(sums, a, sources, k, G, scheme, crowding, rates, correction):
     """Write the rates of particle `k`, return its velocity divergence."""
     L = velocity_gradient(sums.continuity, a)
-    div, hoop = L[0] + L[1] + L[4], L[1]
+    B = (sources.B_rr[k], sources.B_tt[k], sources.B_rz[k], sources.B_zz[k])
+    D = corrected(L, B)
+    div, hoop = D[0] + D[1] + D[4], D[1]
     if crowding > CROWDED and div > 0.0:
         div = hoop = 0.0
-    L_rr, L_tt, L_rz, L_zr, L_zz = corrected_gradient(L, moments(sums.continuity, a))
+    new = inverse_moments(moments(sums.continuity, a))
+    L_rr, L_tt, L_rz, L_zr, L_zz = corrected(L, new)
+    _set_correction(correction, k, UNITY if G == 0.0 or scheme.lee2003 else new)
     dS_rr, dS_zz, dS_rz = jaumann_rate(
         L_rr, L_tt, L_rz, L_zr, L_zz,
         sources.S_rr[k], sources.S_zz[k], sources.S_rz[k], G,
@@ -67,9 +77,16 @@ def _write_rates(sums, a, sources, k, G, mode, crowding, rates):
     rates[RATE.dS_zz, k] = dS_zz
     rates[RATE.dS_rz, k] = dS_rz
     rates[RATE.dh, k] = smoothing_rate(
-        mode, sources.h[k], div, hoop, sources.u_r[k], sources.r[k]
+        scheme.smoothing, sources.h[k], div, hoop, sources.u_r[k], sources.r[k]
     )
     return div
+
+
+@njit(**EXACT)
+def _set_correction(correction, k, B):
+    """Write B of particle `k`, which forces and continuity take from then on."""
+    for row in range(4):
+        correction[row, k] = B[row]
 
 
 @njit(**EXACT)
@@ -96,6 +113,7 @@ def _update_rates(
     div,
     damping,
     crowding,
+    correction,
     count,
 ):
     calm, next_change = calm_particles(records)
@@ -121,6 +139,7 @@ def _update_rates(
         if quiescent:
             div[k] = _rest(rates, k)
             damping[k], crowding[k] = scheme.alpha * sources.c[k], 1.0
+            _set_correction(correction, k, UNITY)
             count[k] = 0.0
             continue
         n_runs, candidates = candidate_runs(
@@ -144,7 +163,7 @@ def _update_rates(
         damping[k] = -sums.damping
         crowding[k] = -0.5 * sums.crowding / abs(a.eta)
         div[k] = _write_rates(
-            sums, a, sources, k, G[k], scheme.smoothing, crowding[k], rates
+            sums, a, sources, k, G[k], scheme, crowding[k], rates, correction
         )
         bulk_sound_speed = table[material[k]].bulk_sound_speed
         if calm[i] and is_negligible(
@@ -152,6 +171,7 @@ def _update_rates(
         ):
             div[k] = _rest(rates, k)
             damping[k], crowding[k] = scheme.alpha * sources.c[k], 1.0
+            _set_correction(correction, k, UNITY)
         count[k] = n
         total += n
     return total
@@ -169,6 +189,7 @@ def update_rates(
     div: FloatArray,
     damping: FloatArray,
     crowding: FloatArray,
+    correction: FloatArray,
     count: FloatArray,
     skip_quiescent: bool = True,
 ) -> int:
@@ -190,6 +211,9 @@ def update_rates(
         Their shear modulus [Pa].
     rates : ndarray, shape (8, n)
         Written: rates of u_r, u_z, rho, E, S_rr, S_zz, S_rz, h.
+    correction : ndarray, shape (4, n)
+        Written: B_rr, B_tt, B_rz, B_zz for the next evaluation; `sources` hold those
+        of this one.
     div, damping, crowding, count : ndarray, shape (n,)
         Written: velocity divergence [1/s], viscous signal speed [m/s], kernel sum over
         density, and number of neighbours evaluated, zero where the surroundings are
@@ -210,6 +234,7 @@ def update_rates(
         _update_rates(
             sources, records, cells, lattice, table, scheme,
             True if scheme.lee2003 else None,  # None compiles the other form
-            skip_quiescent, material, G, rates, div, damping, crowding, count,
+            skip_quiescent, material, G,
+            rates, div, damping, crowding, correction, count,
         )
     )  # fmt: skip

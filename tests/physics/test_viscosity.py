@@ -88,7 +88,7 @@ def test_nodes_r5_give_the_viscous_stress_of_the_cartesian_sum(xi, power):
     want = viscous_stress(xi * t, w, power)
     hoop2 = xi * q * np.array([tau_1, tau_2])
     got = viscous_stress(hoop2, np.array([share, 1.0 - share]), power)
-    np.testing.assert_allclose(got, want, rtol=0.0, atol=6e-4 * want.max())
+    np.testing.assert_allclose(got, want, rtol=0.0, atol=2e-3 * want.max())
 
 
 def test_far_nodes_r5_are_isotropic():

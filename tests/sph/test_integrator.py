@@ -123,8 +123,19 @@ def test_drift_r11_reflects_the_odd_fields_only():
     sign = np.where(crossed, -1.0, 1.0)
     np.testing.assert_array_equal(p.r, np.abs(r))
     np.testing.assert_array_equal(p.z, before.z + tau * before.u_z)
-    odd = {"u_r", "S_rz", "du_r", "dS_rz"}
-    for name in (*INTEGRATED, "du_r", "du_z", "drho", "dE", "dS_rr", "dS_zz", "dS_rz"):
+    odd = {"u_r", "S_rz", "du_r", "dS_rz", "B_rz"}
+    for name in (
+        *INTEGRATED,
+        "B_rr",
+        "B_rz",
+        "du_r",
+        "du_z",
+        "drho",
+        "dE",
+        "dS_rr",
+        "dS_zz",
+        "dS_rz",
+    ):
         want = getattr(before, name) * (sign if name in odd else 1.0)
         np.testing.assert_array_equal(getattr(p, name), want, err_msg=name)
     for name in ("dh", "m", "div", "P", "id"):

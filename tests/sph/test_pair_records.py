@@ -39,6 +39,7 @@ def test_records_follow_the_fields_of_the_record():
     for name in ("r", "z", "u_r", "u_z", "E"):
         np.testing.assert_array_equal(getattr(ring, name), getattr(s, name))
     closing = np.where(s.div < 0, 2 * np.abs(s.div), 0)
+    s_tt = (P + s.S_rr + s.S_zz) * s.B_tt
     expected = {
         "half_h": 0.5 * s.h,
         "half_rho": 0.5 * s.rho,
@@ -47,10 +48,11 @@ def test_records_follow_the_fields_of_the_record():
         "root": s.r**-0.5,
         "half_alpha_c": 0.5 * 2.5 * c,
         "zeta": 0.5 * s.h * c + 1.0 * s.h**2 * closing,
-        "s_rr": (P - s.S_rr),
-        "s_tr": (P - (-s.S_rr - s.S_zz) - (P - s.S_rr)),
-        "s_zz": (P - s.S_zz),
-        "s_rz": -s.S_rz,
+        "s_rr": (P - s.S_rr) * s.B_rr - s.S_rz * s.B_rz,
+        "s_tr": s_tt - ((P - s.S_rr) * s.B_rr - s.S_rz * s.B_rz),
+        "s_zz": (P - s.S_zz) * s.B_zz - s.S_rz * s.B_rz,
+        "s_rz": (P - s.S_rr) * s.B_rz - s.S_rz * s.B_zz,
+        "s_zr": (P - s.S_zz) * s.B_rz - s.S_rz * s.B_rr,
     }
     for name, want in expected.items():
         got = getattr(ring, name)

@@ -19,6 +19,7 @@ from scipy.special import ive
 
 from mpisph.physics.kernel import XI_FAR
 from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC, FIXED, PRINTED
+from mpisph.sph.gradient import UNITY
 
 ACCURACY = 1e-11
 """Of the largest rate in the cloud. A sum has 60 terms of both signs, with a kernel
@@ -94,7 +95,7 @@ def close(got, want, scale=None):
 
 def by_id(p):
     """Return the fields that the pair loop writes, in the order of the ids."""
-    fields = [p.rates, p.div, p.damping, p.crowding, p.neighbours]
+    fields = [p.rates, p.correction, p.div, p.damping, p.crowding, p.neighbours]
     return np.vstack(fields)[:, np.argsort(p.id)]
 
 
@@ -117,8 +118,11 @@ def test_velocity_gradient_r2_of_rings(name):
 
 
 @EVERY_CASE
-def test_moments_r7_and_crowding_r2_of_rings(name):
+def test_correction_r7_and_crowding_r2_of_rings(name):
     p, brute = both(name)
+    B_rr, B_tt, B_rz, B_zz = p.correction
+    for got, (i, j) in ((B_rr, (0, 0)), (B_tt, (1, 1)), (B_zz, (2, 2)), (B_rz, (0, 2))):
+        close(got, brute.next_B[:, i, j], np.abs(brute.next_B).max())
     close(p.crowding, brute.crowding)
     if "crowded" in name:
         crowded = brute.crowding > 1.1
@@ -259,6 +263,7 @@ def lattice_at_pressure(h, kappa, self_term):
     p.stress[:] = 0.0
     p.E[:] = 0.0
     p.rho[:] = 1.05 * ALUMINIUM.rho0
+    p.correction[:] = np.array(UNITY)[:, None]
     p.m[:] = 2.0 * np.pi * p.r * p.rho * dx**2
     P = pressure_and_sound_speed(p.rho[0], 0.0, ALUMINIUM, SCHEME)[0]
     evaluate(p, PLAIN._replace(self_term=self_term, kappa=kappa))
@@ -325,6 +330,7 @@ def test_a_particle_on_the_axis_has_finite_rates():
     p.u_r[3] = 0.0
     p.S_rz[3] = 0.0
     p.S_rr[3] = -0.5 * p.S_zz[3]
+    p.correction[:, 3] = 0.9, 0.9, 0.0, 1.1
     p.m[3] = 1e-9
     evaluate(p)
     assert np.isfinite(p.rates).all()

@@ -46,8 +46,8 @@ def test_force_limit_r11():
 
 
 def test_strain_limit_r11():
-    assert strain_limit(4e5) == approx(2.5e-6, rel=1e-15)
-    assert strain_limit(-4e5) == approx(2.5e-6, rel=1e-15)
+    assert strain_limit(4e5) == approx(7.5e-7, rel=1e-15)
+    assert strain_limit(-4e5) == approx(7.5e-7, rel=1e-15)
     assert strain_limit(0.0) == math.inf
 
 
@@ -80,7 +80,7 @@ def test_local_limit_r11_is_the_smallest_of_all(seed):
             p.h / speed,
             p.h**2 / (4.0 * zeta * p.crowding),
             np.sqrt(p.h / np.sqrt(p.du_r**2 + p.du_z**2)),
-            1.0 / np.abs(p.div),
+            0.3 / np.abs(p.div),
             p.h / np.abs(p.dh),
         ]
     )

@@ -51,11 +51,8 @@ def mie_grueneisen(rho, E, rho0, constants):
     m = rho / rho0 - 1.0
     gamma = constants.gamma0
     P_H, dP_H = hugoniot_pressure(m, rho0, constants)
-    if m < 0.0:  # Gamma is constant; P_H is its own tangent
-        share = 1.0 - 0.5 * gamma * m
-        P = share * P_H + gamma * rho * E
-        dP_drho = (share * dP_H - 0.5 * gamma * P_H) / rho0 + gamma * E
-        return P, dP_drho, gamma * rho
+    if m < 0.0:  # no shock leads there: P_H is a cold curve, Gamma constant
+        return P_H + gamma * rho * E, dP_H / rho0 + gamma * E, gamma * rho
     # Gamma rho is constant.
     v = 1.0 / (1.0 + m)
     share = 1.0 - 0.5 * gamma * m * v
