@@ -39,7 +39,7 @@ CASES = {
     "fixed h": ({"n": 30, "seed": 8}, SCHEME._replace(smoothing=FIXED), 400),
     "classic h": ({"n": 30, "seed": 9}, SCHEME._replace(smoothing=CLASSIC), 400),
     "clamped": (
-        {"n": 30, "seed": 10},
+        {"n": 40, "seed": 10},
         SCHEME,
         400,
     ),
