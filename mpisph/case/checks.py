@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from mpisph.case.bodies import SHAPES, Plate
-from mpisph.case.partial_case import Parts, default_reference
+from mpisph.case.partial_case import Parts, default_reference, find_spacing
+from mpisph.case.sections import Boundary
 from mpisph.case.shapes.overlap import sections_overlap
 from mpisph.case.size_checks import SIZE_RULES
 from mpisph.case.times import requested_times
@@ -36,6 +38,7 @@ def find_problems(parts: Parts) -> list[Finding]:
         _check_names,
         _check_sizes,
         _check_overlaps,
+        _check_boundary,
         _check_resolution,
         _check_materials,
         _check_models,
@@ -83,6 +86,52 @@ def _check_overlaps(parts: Parts) -> Iterator[Finding]:
                     f'the bodies "{other.name}" and "{body.name}" overlap; '
                     "move one of them (touching is allowed)",
                 )
+
+
+_FEWEST_BETWEEN = 2.0
+"""Least distance of two planes, in reaches of the kernel: images are not mirrored."""
+
+
+def _check_boundary(parts: Parts) -> Iterator[Finding]:
+    """Require that bodies lie between the planes, and room for the kernel there."""
+    low, high = planes = _planes(parts)
+    for body in parts.bodies:
+        if body is None:
+            continue
+        ends = body.section.ends
+        margin = _TOUCHING * max(body.section.extent, ends[1] - ends[0])
+        for key, plane, depth in zip(
+            ("z_min", "z_max"), planes, (low - ends[0], ends[1] - high), strict=True
+        ):
+            if depth > margin:
+                yield Finding(
+                    ("boundary", key),
+                    f'the body "{body.name}" reaches {depth:g} m through the plane '
+                    f"z = {plane:g} m; move one of them (touching is allowed)",
+                )
+    if parts.resolution is None or parts.scheme is None:
+        return
+    spacing = find_spacing(parts.resolution, parts.bodies)
+    if spacing is not None:
+        reach = parts.scheme.kappa * parts.resolution.nph * spacing
+        least = _FEWEST_BETWEEN * reach
+        if high - low < least:
+            yield Finding(
+                ("boundary",),
+                f"the planes are {high - low:g} m apart; expected at least "
+                f"{_FEWEST_BETWEEN:g} reaches of the kernel, {least:g} m",
+            )
+
+
+_TOUCHING = 1e-9
+"""Depth over the size of a body that is none."""
+
+
+def _planes(parts: Parts) -> tuple[float, float]:
+    """Return the positions of the planes [m], infinite where there is none."""
+    boundary = parts.boundary or Boundary()
+    low, high = boundary.z_min, boundary.z_max
+    return -math.inf if low is None else low, math.inf if high is None else high
 
 
 def _check_resolution(parts: Parts) -> Iterator[Finding]:

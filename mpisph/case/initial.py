@@ -223,6 +223,10 @@ def _value_findings(case: Case, fields: Fields) -> Iterator[Finding]:
             rules.append((values >= 0.0, "at least 0"))
         if name in {"r", "z"}:
             rules.append((np.abs(values) <= farthest, f"at most {farthest:g} m"))
+        if name == "z" and (low := case.boundary.z_min) is not None:
+            rules.append((values >= low, f"at least boundary.z_min = {low:g} m"))
+        if name == "z" and (high := case.boundary.z_max) is not None:
+            rules.append((values <= high, f"at most boundary.z_max = {high:g} m"))
         for sound, expected in rules:
             rows = np.flatnonzero(~sound)
             if rows.size:

@@ -12,6 +12,7 @@ from mpisph.case.bodies import Body, Plate
 from mpisph.case.checks import find_problems
 from mpisph.case.partial_case import Parts, default_reference, find_spacing
 from mpisph.case.sections import (
+    Boundary,
     Checkpoints,
     Gauge,
     Initial,
@@ -58,6 +59,8 @@ class Case(FrozenModel):
     """Particle spacing and smoothing length."""
     initial: Initial | None = None
     """Particles to start from, instead of those that fill the bodies."""
+    boundary: Boundary = Boundary()
+    """Rigid planes that the matter cannot pass."""
     scheme: Scheme = Scheme()
     """The equations and their switches."""
     output: Output = Output()
@@ -131,6 +134,7 @@ class Case(FrozenModel):
             material_names=[body.material for body in self.bodies],
             bodies=self.bodies,
             resolution=self.resolution,
+            boundary=self.boundary,
             scheme=self.scheme,
             output=self.output,
             measured=self.measured,

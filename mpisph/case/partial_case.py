@@ -6,7 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from mpisph.case.bodies import Body
-from mpisph.case.sections import Measured, Output, Resolution, Scheme, TimeStepping
+from mpisph.case.sections import (
+    Boundary,
+    Measured,
+    Output,
+    Resolution,
+    Scheme,
+    TimeStepping,
+)
 from mpisph.inputs.findings import Key
 from mpisph.materials import Material
 
@@ -29,6 +36,7 @@ class Parts(NamedTuple):
     materials: Mapping[str, Material | None]
     measured_invalid: bool = False
     gauge_names: Sequence[str | None] = ()
+    boundary: Boundary | None = None
 
 
 def default_reference(bodies: Sequence[Body | None]) -> str | None:

@@ -219,10 +219,16 @@ def _warn_of_starting_state(case: Case) -> Iterator[str]:
 
 
 def _moves_by_itself(case: Case) -> bool:
-    """Say whether a body moves otherwise than as a whole, hit or not."""
-    return _has_gas(case) or any(
-        body.radial_velocity != 0.0 or body.energy != 0.0 or body.density is not None
-        for body in case.bodies
+    """Say whether bodies do not need each other to move: a plane may be hit, too."""
+    return (
+        _has_gas(case)
+        or case.boundary.exists
+        or any(
+            body.radial_velocity != 0.0
+            or body.energy != 0.0
+            or body.density is not None
+            for body in case.bodies
+        )
     )
 
 

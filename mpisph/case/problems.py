@@ -218,6 +218,7 @@ def _valid_parts(data: Mapping[str, Any]) -> Parts:
         materials=_valid_materials(data),
         measured_invalid="measured" in data and measured is None,
         gauge_names=[_identifier(gauge, "name") for gauge in gauges],
+        boundary=_section(data, "boundary"),
     )
 
 

@@ -28,6 +28,7 @@ from mpisph.materials.model import EquationOfState, Failure, Strength
 from mpisph.physics.failure.minimum_pressure import MinimumPressure
 
 __all__ = [
+    "Boundary",
     "Checkpoints",
     "Exposure",
     "Gauge",
@@ -96,6 +97,20 @@ class Heat(FrozenModel):
     """Coefficient of the term with the sound speed."""
     g2: NonNegative = 1.0
     """Coefficient of the term with the rate of compression."""
+
+
+class Boundary(FrozenModel):
+    """Rigid, frictionless planes across the axis, between which the matter stays."""
+
+    z_min: Position | None = None
+    """Axial position of the lower plane."""
+    z_max: Position | None = None
+    """Axial position of the upper plane."""
+
+    @property
+    def exists(self) -> bool:
+        """Whether there is any plane."""
+        return self.z_min is not None or self.z_max is not None
 
 
 class Scheme(FrozenModel):

@@ -181,11 +181,14 @@ def _say_ending(folder: Path, result: "Result") -> None:
     if result.comparisons:
         console.print(comparison_table(result))
     c, t = result.conservation, result.timing
+    momentum = ""
+    if c.momentum_z_error is not None:
+        momentum = f", axial momentum {abs(c.momentum_z_error):.1g}"
     console.print(
         f"{result.status}: {counted(result.particles, 'particle')}, "
         f"{counted(t.steps, 'step')} in {t.wall:.2f} s on {counted(t.ranks, 'rank')}; "
-        f"relative errors: energy {c.energy_error_max:.1e}, axial momentum "
-        f"{abs(c.momentum_z_error):.1g}\nfiles in {folder}",
+        f"relative errors: energy {c.energy_error_max:.1e}{momentum}\n"
+        f"files in {folder}",
         highlight=False,
         soft_wrap=True,
     )

@@ -102,8 +102,8 @@ class Conservation(_Model):
 
     mass_error: float
     """At the end."""
-    momentum_z_error: float
-    """At the end; axial momentum."""
+    momentum_z_error: float | None
+    """At the end; axial momentum. None where planes take momentum up."""
     energy_error_final: float
     """At the end; kinetic and internal energy."""
     energy_error_max: float

@@ -236,13 +236,17 @@ def _when(comparison: Comparison) -> str:
     )
 
 
+def _momentum(error: float | None) -> list[Row]:
+    return [] if error is None else [("axial momentum", small(error))]
+
+
 def conservation_table(run: StoredRun) -> Table:
     """Return the errors of what should be conserved; of a run that has a result."""
     assert run.result is not None, "a run that has ended"
     c = run.result.conservation
     rows: list[Row] = [
         ("mass", small(c.mass_error)),
-        ("axial momentum", small(c.momentum_z_error)),
+        *_momentum(c.momentum_z_error),
         ("total energy", small(c.energy_error_final)),
         ("total energy, largest during the run", small(c.energy_error_max)),
         *_lowest_energy(run.result),

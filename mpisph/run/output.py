@@ -245,7 +245,9 @@ class RunOutput:
             comparisons=make_comparisons(sim.case, self.clouds),
             conservation=Conservation(
                 mass_error=self.errors.mass,
-                momentum_z_error=self.errors.momentum_z,
+                momentum_z_error=(
+                    None if sim.case.boundary.exists else self.errors.momentum_z
+                ),
                 energy_error_final=self.errors.energy,
                 energy_error_max=self.energy_error_max,
             ),

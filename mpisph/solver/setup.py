@@ -17,6 +17,7 @@ from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import MODES
 from mpisph.solver.state import Simulation
 from mpisph.sph.neighbours import make_lattice
+from mpisph.sph.planes import Planes
 from mpisph.sph.timestep import StepRule
 
 
@@ -61,7 +62,14 @@ def make_simulation(
         cloud=cloud_definition(case),
         rule=step_rule(case),
         cut=cut,
+        planes=planes_of(case),
     )
+
+
+def planes_of(case: Case) -> Planes:
+    """Return the rigid planes of a case."""
+    low, high = case.boundary.z_min, case.boundary.z_max
+    return Planes(-math.inf if low is None else low, math.inf if high is None else high)
 
 
 def initial_scales(case: Case, comm: MPI.Intracomm, share: InitialParticles) -> Scales:

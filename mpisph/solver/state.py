@@ -16,6 +16,7 @@ from mpisph.parallel.load_balance import Backoff, PairCost
 from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.sph.neighbours import Lattice
+from mpisph.sph.planes import Planes
 from mpisph.sph.timestep import StepRule
 
 
@@ -37,6 +38,8 @@ class Simulation:
         How the case's steps follow from the limits.
     cut : Cut
         Of the domain, one part a rank.
+    planes : Planes
+        Rigid planes between which the matter lies.
     backoff : Backoff
         With an imbalance that no other cut could lessen.
     pair_cost : PairCost
@@ -77,6 +80,7 @@ class Simulation:
     cloud: CloudDefinition
     rule: StepRule
     cut: Cut
+    planes: Planes
     time: float = 0.0
     step: int = 0
     dt: float = 0.0

@@ -28,6 +28,7 @@ from mpisph.solver.reduction import Reduction, global_reduction
 from mpisph.solver.state import Simulation
 from mpisph.sph.integrator import drift, kick, predict
 from mpisph.sph.neighbours import cell_keys
+from mpisph.sph.planes import with_images
 from mpisph.sph.rates import update_rates
 from mpisph.sph.sources import exchanged_fields, name_fields, sort_fields
 from mpisph.sph.timestep import StepRule
@@ -131,7 +132,7 @@ def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
     after = dt - before
     with sim.timers.measure("stepping"):
         kick(p, before)
-        drift(p, dt)
+        drift(p, dt, *sim.planes)
     evaluate_rates(sim, after, rank_boxes, dt)
     with sim.timers.measure("stepping"):
         kick(p, after)
@@ -199,10 +200,12 @@ def evaluate_rates(
 def _with_ghosts(
     sim: Simulation, state: Any, div: FloatArray, rank_boxes: FloatArray
 ) -> FloatArray:
-    """Return the exchanged fields of the owned particles, then of their ghosts."""
+    """Return the fields of the owned particles, then of ghosts and mirror images."""
     p = sim.particles
     fields = exchanged_fields(p, {**state._asdict(), "div": div})
     half = reach(state.h, sim.scheme.kappa)
     these = boxes(p.r, p.z, half, half)
     ghosts = exchange_halo(sim.comm, fields, these, rank_boxes, sim.halo)
-    return np.concatenate([fields, ghosts], axis=1) if ghosts.size > 0 else fields
+    if ghosts.size > 0:
+        fields = np.concatenate([fields, ghosts], axis=1)
+    return with_images(fields, p.n, sim.planes, sim.scheme.kappa, sim.n_total)

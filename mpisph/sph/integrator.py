@@ -6,6 +6,8 @@ first order (the semi-implicit Euler method). All passes are elementwise, so the
 the same bits however the particles are spread over ranks.
 """
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -21,7 +23,7 @@ def _advance(values, rates, tau, out):
 
 
 @njit(**EXACT)
-def _drift(r, z, u_r, u_z, S_rz, du_r, dS_rz, B_rz, tau):
+def _drift(r, z, u_r, u_z, S_rz, du_r, du_z, dS_rz, B_rz, tau, low, high):
     for i in range(r.size):
         r[i] += tau * u_r[i]
         z[i] += tau * u_z[i]
@@ -30,6 +32,13 @@ def _drift(r, z, u_r, u_z, S_rz, du_r, dS_rz, B_rz, tau):
             u_r[i] = -u_r[i]
             S_rz[i] = -S_rz[i]
             du_r[i] = -du_r[i]
+            dS_rz[i] = -dS_rz[i]
+            B_rz[i] = -B_rz[i]
+        if z[i] < low or z[i] > high:
+            z[i] = 2.0 * (low if z[i] < low else high) - z[i]
+            u_z[i] = -u_z[i]
+            S_rz[i] = -S_rz[i]
+            du_z[i] = -du_z[i]
             dS_rz[i] = -dS_rz[i]
             B_rz[i] = -B_rz[i]
 
@@ -53,13 +62,19 @@ def kick(p: Particles, tau: float) -> None:
     _advance(p.integrated, p.rates, tau, p.integrated)
 
 
-def drift(p: Particles, tau: float) -> None:
-    """Advance positions by `tau` [s]; reflect at the axis (R11).
+def drift(
+    p: Particles, tau: float, low: float = -math.inf, high: float = math.inf
+) -> None:
+    """Advance positions by `tau` [s]; reflect at the axis and at planes (R11).
 
     A particle that crosses the axis keeps its place in the half plane r >= 0: r, u_r
-    and S_rz change sign, and with them the rates that the prediction uses.
+    and S_rz change sign, and with them the rates that the prediction uses. So do z
+    about the plane, u_z and S_rz of one that crosses ``z = low`` or ``z = high``.
     """
-    _drift(p.r, p.z, p.u_r, p.u_z, p.S_rz, p.du_r, p.dS_rz, p.B_rz, tau)
+    _drift(
+        p.r, p.z, p.u_r, p.u_z, p.S_rz, p.du_r, p.du_z, p.dS_rz, p.B_rz,
+        tau, low, high,
+    )  # fmt: skip
 
 
 def predict(p: Particles, tau: float) -> FloatArray:

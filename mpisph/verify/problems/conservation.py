@@ -28,7 +28,7 @@ def _check(solved: Sequence[Solved]) -> list[Check]:
             ),
             Check.at_most(
                 f"{each.label}: error of the axial momentum",
-                abs(errors.momentum_z_error),
+                abs(errors.momentum_z_error or 0.0),
                 1e-13,
             ),
             Check.at_most(

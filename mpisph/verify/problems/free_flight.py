@@ -89,7 +89,7 @@ def _check(solved: Sequence[Solved]) -> list[Check]:
             Check.at_most(f"{name}: energy error", errors.energy_error_max, 1e-12),
             Check.at_most(
                 f"{name}: error of the axial momentum",
-                abs(errors.momentum_z_error),
+                abs(errors.momentum_z_error or 0.0),
                 1e-13,
             ),
         ]
