@@ -397,8 +397,9 @@ class BruteForce:
                 for L, B, s, G in zip(self.L, inverse, S, mu, strict=True)
             ]
         )
-        solid = [G > 0.0 and not scheme.lee2003 for G in mu]
-        self.next_B = np.where(np.array(solid)[:, None, None], inverse, np.eye(3))
+        solid = np.array(mu) > (np.inf if scheme.lee2003 else 0.0)
+        share = np.clip(1.0 - 10.0 * np.abs(P) / np.maximum(mu, 1.0), 0.0, 1.0) * solid
+        self.next_B = np.eye(3) + share[:, None, None] * (inverse - np.eye(3))
         relative = {
             CLASSIC: self.div,
             AXISYMMETRIC: np.where(crowded, 0.0, div - hoop),

@@ -85,7 +85,7 @@ def hoop_approach(r_a, r_b, u_r_a, u_r_b, q, printed):
 
 @njit(**INLINE)
 def closing(N):
-    """Return N of approaching points, 0 of receding ones; what is no number stays."""
+    """Return N of approaching points, 0 of others (R5); what is no number stays."""
     return 0.0 if N > 0.0 else N
 
 

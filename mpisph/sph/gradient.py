@@ -105,6 +105,12 @@ def inverse_moments(K):
 
 
 @njit(**EXACT)
+def solid_share(P, G):
+    """Return the part of B - 1 that forces take (R3): none once P exceeds G/10."""
+    return max(0.0, 1.0 - 10.0 * abs(P) / G) if G > 0.0 else 0.0
+
+
+@njit(**EXACT)
 def corrected(A, B):
     """Return ``A B`` of a tensor A with the components rr, tt, rz, zr, zz (R2, R7)."""
     A_rr, A_tt, A_rz, A_zr, A_zz = A

@@ -19,8 +19,8 @@ class PairRecord(NamedTuple):
     Chosen so that the loop over pairs multiplies little: `half_h` and `half_rho` add up
     to the pair's means, `half_alpha_c` (alpha c/2) and `zeta` to those of alpha c and,
     doubled, of zeta; `root` is ``r^(-1/2)``, `V_F` is ``-2 m/rho``, which is V F h^2;
-    `s_..` is sigma B, compression positive (R3), and `s_tr` is ``s_tt - s_rr``. `eta` is
-    rho/rho0, negative where theta is zero (R3).
+    `s_..` is sigma B, compression positive (R3), and `s_tr` is ``s_tt - s_rr``. `eta`
+    is rho/rho0, negative where theta is zero (R3).
     """
 
     r: float

@@ -257,7 +257,8 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
             place[4 * k], place[4 * k + 1], place[4 * k + 2], place[4 * k + 3],
             motion[4 * k], motion[4 * k + 1], motion[4 * k + 2], motion[4 * k + 3],
             state[4 * k], state[4 * k + 1], state[4 * k + 2], state[4 * k + 3],
-            stress[4 * k], stress[4 * k + 1], stress[4 * k + 2], stress[4 * k + 3], left[k],
+            stress[4 * k], stress[4 * k + 1], stress[4 * k + 2], stress[4 * k + 3],
+            left[k],
         )  # fmt: skip
         dr = a.r - b.r
         dz = a.z - b.z

@@ -1,10 +1,10 @@
 """Rigid, frictionless planes across the axis: mirror images of the matter.
 
-An image has the state of its original, mirrored: z, u_z, S_rz and B_rz change sign about
-the plane. Matter and its images are then a symmetric system of twice the mass, so energy is
-conserved as it is without a plane, and no force but pressure crosses the plane. An
-image is never nearer to a particle than its original is, so a rank that has received
-its ghosts can make all images that its particles reach.
+An image has the state of its original, mirrored: z, u_z, S_rz and B_rz change sign
+about the plane. Matter and its images are then a symmetric system of twice the mass, so
+energy is conserved as it is without a plane, and no force but pressure crosses the
+plane. An image is never nearer to a particle than its original is, so a rank that has
+received its ghosts can make all images that its particles reach.
 """
 
 from typing import NamedTuple

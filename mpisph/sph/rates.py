@@ -22,6 +22,7 @@ from mpisph.sph.gradient import (
     corrected,
     inverse_moments,
     moments,
+    solid_share,
     velocity_gradient,
 )
 from mpisph.sph.neighbours import (
@@ -65,7 +66,8 @@ def _write_rates(sums, a, sources, k, G, scheme, crowding, rates, correction):
         div = hoop = 0.0
     new = inverse_moments(moments(sums.continuity, a))
     L_rr, L_tt, L_rz, L_zr, L_zz = corrected(L, new)
-    _set_correction(correction, k, UNITY if G == 0.0 or scheme.lee2003 else new)
+    share = 0.0 if scheme.lee2003 else solid_share(sources.P[k], G)
+    _set_correction(correction, k, share, new)
     dS_rr, dS_zz, dS_rz = jaumann_rate(
         L_rr, L_tt, L_rz, L_zr, L_zz,
         sources.S_rr[k], sources.S_zz[k], sources.S_rz[k], G,
@@ -83,10 +85,10 @@ def _write_rates(sums, a, sources, k, G, scheme, crowding, rates, correction):
 
 
 @njit(**EXACT)
-def _set_correction(correction, k, B):
-    """Write B of particle `k`, which forces and continuity take from then on."""
+def _set_correction(correction, k, share, B):
+    """Write B of particle `k`, in part, for force and continuity of the next step."""
     for row in range(4):
-        correction[row, k] = B[row]
+        correction[row, k] = UNITY[row] + share * (B[row] - UNITY[row])
 
 
 @njit(**EXACT)
@@ -139,7 +141,7 @@ def _update_rates(
         if quiescent:
             div[k] = _rest(rates, k)
             damping[k], crowding[k] = scheme.alpha * sources.c[k], 1.0
-            _set_correction(correction, k, UNITY)
+            _set_correction(correction, k, 0.0, UNITY)
             count[k] = 0.0
             continue
         n_runs, candidates = candidate_runs(
@@ -171,7 +173,7 @@ def _update_rates(
         ):
             div[k] = _rest(rates, k)
             damping[k], crowding[k] = scheme.alpha * sources.c[k], 1.0
-            _set_correction(correction, k, UNITY)
+            _set_correction(correction, k, 0.0, UNITY)
         count[k] = n
         total += n
     return total

@@ -62,4 +62,4 @@ def test_every_equation_function_is_in_the_table(path):
 
 def test_the_equations_are_found_where_they_are_looked_for():
     names = {name for path in SOURCES for name in definitions(path)}
-    assert {"ring_averages", "approach", "heat_flow", "signal_limit"} <= names
+    assert {"ring_averages", "hoop_approach", "heat_flow", "signal_limit"} <= names

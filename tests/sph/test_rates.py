@@ -44,7 +44,7 @@ CASES = {
         400,
     ),
     "tension off": (
-        {"n": 30, "seed": 11},
+        {"n": 60, "seed": 11},
         SCHEME,
         400,
     ),
