@@ -1,8 +1,8 @@
 """A short run of each shot in both pair forms against stored numbers.
 
-A change of physics shows here: unintended, it is a fault; meant, it is stated by storing
-the numbers anew, as
-``python tests/solver/test_golden.py`` prints them. Processors and compilers may round
+A change of physics shows here: unintended, it is a fault; meant, it is stated by
+storing the numbers anew, as ``python tests/solver/test_golden.py`` prints them.
+Processors and compilers may round
 differently, and a hundred and more steps let that grow to some 1e-12; a change of a
 coefficient by a hundredth moves these numbers by 1e-4 and more.
 """
