@@ -18,7 +18,7 @@ class PairRecord(NamedTuple):
 
     Chosen so that the loop over pairs multiplies little: `half_h` and `half_rho` add up
     to the pair's means, `half_alpha_c` (alpha c/2) and `zeta` to those of alpha c and,
-    doubled, of zeta; `root` is ``r^(-1/2)``, `V_F` is ``-2 m/rho``, which is V F h^2;
+    doubled, of zeta; `V_F` is ``-2 m/(rho r^(1/2))``, which is V F h^2 r^(-1/2);
     `s_..` is sigma B, compression positive (R3), and `s_tr` is ``s_tt - s_rr``. `eta`
     is rho/rho0, negative where theta is zero (R3).
     """
@@ -26,10 +26,9 @@ class PairRecord(NamedTuple):
     r: float
     z: float
     half_h: float
-    root: float
+    V_F: float
     u_r: float
     u_z: float
-    V_F: float
     half_rho: float
     eta: float
     half_alpha_c: float
@@ -57,7 +56,7 @@ def write_pair_records(sources, order, table, scheme, records):
     table : structured ndarray
         Material constants.
     scheme : SchemeConstants
-    records : ndarray, shape (n, 17)
+    records : ndarray, shape (n, 16)
         Written.
     """
     for i in range(order.size):
@@ -66,27 +65,27 @@ def write_pair_records(sources, order, table, scheme, records):
         P, c, div = sources.P[k], sources.c[k], sources.div[k]
         S_rr, S_zz, S_rz = sources.S_rr[k], sources.S_zz[k], sources.S_rz[k]
         eta = rho / table[sources.material[k]].rho0
-        ring = records[i]
-        ring[0] = sources.r[k]
-        ring[1] = sources.z[k]
-        ring[2] = 0.5 * h
-        ring[3] = 1.0 / np.sqrt(max(sources.r[k], TINY_RADIUS))
-        ring[4] = sources.u_r[k]
-        ring[5] = sources.u_z[k]
-        ring[6] = -2.0 * sources.m[k] / rho
-        ring[7] = 0.5 * rho
-        ring[8] = eta if div < 0.0 else -eta
-        ring[9] = 0.5 * scheme.alpha * c
-        ring[10] = E
-        ring[11] = diffusivity(scheme.g1, scheme.g2, h, c, div)
         sigma = (P - S_rr, P + S_rr + S_zz, -S_rz, -S_rz, P - S_zz)
         B = (sources.B_rr[k], sources.B_tt[k], sources.B_rz[k], sources.B_zz[k])
         s_rr, s_tt, s_rz, s_zr, s_zz = corrected(sigma, B)
-        ring[12] = s_rr
-        ring[13] = s_tt - s_rr
-        ring[14] = s_zz
-        ring[15] = s_rz
-        ring[16] = s_zr
+        r = max(sources.r[k], TINY_RADIUS)
+        ring = records[i]
+        ring[0] = r
+        ring[1] = sources.z[k]
+        ring[2] = 0.5 * h
+        ring[3] = -2.0 * sources.m[k] / (rho * np.sqrt(r))
+        ring[4] = sources.u_r[k]
+        ring[5] = sources.u_z[k]
+        ring[6] = 0.5 * rho
+        ring[7] = eta if div < 0.0 else -eta
+        ring[8] = 0.5 * scheme.alpha * c
+        ring[9] = E
+        ring[10] = diffusivity(scheme.g1, scheme.g2, h, c, div)
+        ring[11] = s_rr
+        ring[12] = s_tt - s_rr
+        ring[13] = s_zz
+        ring[14] = s_rz
+        ring[15] = s_zr
 
 
 @njit(**EXACT)
@@ -95,5 +94,5 @@ def record_at(records, i):
     x = records[i]
     return PairRecord(
         x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9],
-        x[10], x[11], x[12], x[13], x[14], x[15], x[16],
+        x[10], x[11], x[12], x[13], x[14], x[15],
     )  # fmt: skip

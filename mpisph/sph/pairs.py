@@ -39,9 +39,6 @@ GROUP = 4
 """Fields that stand side by side in the buffer: one copy moves them, and the loop takes
 them apart by shuffles. Copied one by one, the fields cost 5 ns a pair instead of 2."""
 
-GROUPS = RECORD_FIELDS // GROUP + 1
-"""Groups of the buffer; the last holds the one field that is left, value by value."""
-
 VOLUME = PairRecord._fields.index("V_F") % GROUP
 """Place of V_F in its group."""
 
@@ -75,13 +72,13 @@ class PairSums(NamedTuple):
 
 @njit(**EXACT)
 def make_buffer(candidates):
-    """Return a buffer for so many candidates, shape (5, length, 4).
+    """Return a buffer for so many candidates, shape (4, length, 4).
 
     Its groups are an odd number of cache lines apart: groups a multiple of 4096 bytes
     apart would fall on the same lines of the first-level cache.
     """
     lines = (candidates + LANES + 1) // 2
-    return np.empty((GROUPS, 2 * (lines + 1 - lines % 2), GROUP))
+    return np.empty((RECORD_FIELDS // GROUP, 2 * (lines + 1 - lines % 2), GROUP))
 
 
 @njit(**EXACT)
@@ -90,11 +87,11 @@ def pack_neighbours(records, index, n, rows):
 
     Parameters
     ----------
-    records : ndarray, shape (n, 17)
+    records : ndarray, shape (n, 16)
     index : ndarray of int64, shape (>= n + LANES,)
         Of `find_neighbours`; filled up to a multiple of `LANES`.
     n : int
-    rows : ndarray, shape (5, >= n + LANES, 4)
+    rows : ndarray, shape (4, >= n + LANES, 4)
         Written: group, neighbour, field.
 
     Returns
@@ -107,27 +104,25 @@ def pack_neighbours(records, index, n, rows):
     for k in range(n, padded):
         index[k] = index[0]
     place, motion, state, stress = rows[0], rows[1], rows[2], rows[3]
-    left = rows[4].reshape(-1)
     for k in range(padded):
         x = record_at(records, np.uint64(index[k]))
-        _put(x, np.uint64(k), place, motion, state, stress, left)
+        _put(x, np.uint64(k), place, motion, state, stress)
     for k in range(n, padded):
-        motion[k, VOLUME] = 0.0
+        place[k, VOLUME] = 0.0
     return padded
 
 
 @njit(**EXACT)
-def _put(x, k, place, motion, state, stress, left):
-    """Write a ring into place `k` of the five groups, each of shape (length, 4)."""
+def _put(x, k, place, motion, state, stress):
+    """Write a ring into place `k` of the four groups, each of shape (length, 4)."""
     row = place[k]
-    row[0], row[1], row[2], row[3] = x.r, x.z, x.half_h, x.root
+    row[0], row[1], row[2], row[3] = x.r, x.z, x.half_h, x.V_F
     row = motion[k]
-    row[0], row[1], row[2], row[3] = x.u_r, x.u_z, x.V_F, x.half_rho
+    row[0], row[1], row[2], row[3] = x.u_r, x.u_z, x.half_rho, x.eta
     row = state[k]
-    row[0], row[1], row[2], row[3] = x.eta, x.half_alpha_c, x.E, x.zeta
+    row[0], row[1], row[2], row[3] = x.half_alpha_c, x.E, x.zeta, x.s_rr
     row = stress[k]
-    row[0], row[1], row[2], row[3] = x.s_rr, x.s_tr, x.s_zz, x.s_rz
-    left[k] = x.s_zr
+    row[0], row[1], row[2], row[3] = x.s_tr, x.s_zz, x.s_rz, x.s_zr
 
 
 @njit(**INLINE)
@@ -223,7 +218,7 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
     Parameters
     ----------
     a : PairRecord
-    buffer : ndarray, shape (5, >= 4 n)
+    buffer : ndarray, shape (4, >= 4 n)
         The packed neighbours.
     n : int
         A multiple of `LANES`.
@@ -242,8 +237,8 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
         good; zero from the other.
     """
     place, motion, state, stress = buffer[0], buffer[1], buffer[2], buffer[3]
-    left = buffer[4]
-    root_a = 0.7071067811865476 * a.root
+    root_a = 1.0 / np.sqrt(2.0 * a.r)
+    half_inv_a = 0.5 / a.r
     if lee2003 is None:
         theta_a = 1.0 / a.eta if a.eta > 0.0 else 0.0
     else:
@@ -258,25 +253,26 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
             motion[4 * k], motion[4 * k + 1], motion[4 * k + 2], motion[4 * k + 3],
             state[4 * k], state[4 * k + 1], state[4 * k + 2], state[4 * k + 3],
             stress[4 * k], stress[4 * k + 1], stress[4 * k + 2], stress[4 * k + 3],
-            left[k],
         )  # fmt: skip
         dr = a.r - b.r
         dz = a.z - b.z
         d2 = dr * dr + dz * dz
         h = a.half_h + b.half_h
-        inv_h = 1.0 / h
+        inv = 1.0 / (h * b.r)  # one division for both
+        inv_h = inv * b.r
         inv_h2 = inv_h * inv_h
         weight = b.V_F * (inv_h2 * inv_h2)
-        root = root_a * b.root
-        root_inv_xi = h * root
-        inv_xi = root_inv_xi * root_inv_xi
+        inv_xi = (h * h) * (half_inv_a * (inv * h))
         if near_axis is None:
             nodes = far_nodes
-            kernel = ring_averages_far(d2 * inv_h2, weight, root, inv_xi)
+            kernel = ring_averages_far(d2 * inv_h2, weight, root_a, inv_xi)
             close += 1.0 if inv_xi > 1.0 / XI_FAR else 0.0
         else:
             xi = 2.0 * a.r * b.r * inv_h2
-            kernel = ring_averages(d2 * inv_h2, weight, root, inv_xi, xi, inv_h)
+            root_b = np.sqrt(b.r)
+            kernel = ring_averages(
+                d2 * inv_h2, weight * root_b, root_a / root_b, inv_xi, xi, inv_h
+            )
             near = near_nodes(kernel[3] if xi < XI_FAR else 0.0)
             nodes = (
                 1.0 if scheme.printed else near[0],

@@ -43,9 +43,8 @@ def test_records_follow_the_fields_of_the_record():
     expected = {
         "half_h": 0.5 * s.h,
         "half_rho": 0.5 * s.rho,
-        "V_F": -2.0 * s.m / s.rho,
+        "V_F": -2.0 * s.m / s.rho / s.r**0.5,
         "eta": np.where(s.div < 0, 1.0, -1.0) * s.rho / 2710.0,
-        "root": s.r**-0.5,
         "half_alpha_c": 0.5 * 2.5 * c,
         "zeta": 0.5 * s.h * c + 1.0 * s.h**2 * closing,
         "s_rr": (P - s.S_rr) * s.B_rr - s.S_rz * s.B_rz,
