@@ -4,7 +4,7 @@ from launch import CASES
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 
-UNSTABLE = 'set = { "limits.energy_drift" = 1e-12 }'
+UNSTABLE = 'set = { "limits.energy_drift" = 1e-18 }'
 """Settings of a variant that breaks down in its first steps."""
 
 ALPHA = """

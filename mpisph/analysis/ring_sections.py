@@ -8,6 +8,9 @@ import numpy.typing as npt
 
 from mpisph.core.particles import FloatArray
 
+INNERMOST = 7.0 / 12.0
+"""Radius of a lattice's innermost ring over its side: 1/2 + 1/12."""
+
 
 class RingSections(NamedTuple):
     """Square sections in the r-z plane, which turned about the axis hold the mass.
@@ -28,10 +31,11 @@ class RingSections(NamedTuple):
 def ring_sections(arrays: Mapping[str, npt.NDArray[Any]]) -> RingSections:
     """Return the sections of particles.
 
-    The side is ``sqrt(m/(2 pi r rho))``. A ring nearer to the axis than half of its
-    side is a full disc as high as its radius, ``(m/(pi rho))^(1/3)``: there the
-    smaller of the two holds, and both agree where they meet. The volume is ``m/rho``
-    either way.
+    A ring stands at ``r = r_m + side^2/(24 r_m)`` of its section's mean radius r_m, as
+    at the start of a run (R1), and the side is ``sqrt(m/(2 pi r_m rho))``. A ring
+    nearer to the axis than the innermost one of a lattice is a full disc as high as its
+    radius, ``(m/(pi rho))^(1/3)``. The volume is ``m/rho`` either way, and both agree
+    where they meet.
 
     Parameters
     ----------
@@ -43,9 +47,13 @@ def ring_sections(arrays: Mapping[str, npt.NDArray[Any]]) -> RingSections:
     -------
     RingSections
     """
-    m, r, rho = arrays["m"], arrays["r"], arrays["rho"]
-    with np.errstate(divide="ignore"):  # on the axis itself the disc holds
-        square = np.sqrt(m / (2.0 * np.pi * r * rho))
-    side = np.minimum(square, np.cbrt(m / (np.pi * rho)))
-    inner = np.maximum(r - 0.5 * side, 0.0)
+    r = arrays["r"]
+    half = arrays["m"] / (2.0 * np.pi * arrays["rho"])  # side^2 r_m
+    disc = np.cbrt(2.0 * half)
+    mean = np.maximum(r, INNERMOST * disc)
+    for _ in range(6):  # Newton's method for r_m; to rounding
+        excess = mean + half / (24.0 * mean**2) - np.maximum(r, INNERMOST * disc)
+        mean = mean - excess / (1.0 - half / (12.0 * mean**3))
+    side = np.minimum(np.sqrt(half / mean), disc)
+    inner = np.where(r > INNERMOST * disc, np.maximum(mean - 0.5 * side, 0.0), 0.0)
     return RingSections(inner, inner + side, side)

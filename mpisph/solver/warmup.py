@@ -55,9 +55,11 @@ def warm_up(comm: MPI.Intracomm) -> None:
 
 
 def run_tiny_case() -> None:
-    """Make two steps of a tiny case on this rank alone."""
-    sim = start(case_from_dict(TINY), MPI.COMM_SELF)
-    for _ in range(2):
-        found = reduce_state(sim)
-        advance(sim, 1e-10, found.rank_boxes)
-        rebalance(sim, found.work)
+    """Make two steps of a tiny case with each pair form on this rank alone."""
+    for form in ("consistent", "lee2003"):
+        case = case_from_dict({**TINY, "scheme": {"pair_form": form}})
+        sim = start(case, MPI.COMM_SELF)
+        for _ in range(2):
+            found = reduce_state(sim)
+            advance(sim, 1e-10, found.rank_boxes)
+            rebalance(sim, found.work)

@@ -8,7 +8,11 @@ from mpisph.analysis.ring_sections import ring_sections
 
 def rings(r, volume, rho=2700.0):
     r = np.atleast_1d(np.asarray(r, float))
-    return {"r": r, "m": np.full(r.shape, rho * volume), "rho": np.full(r.shape, rho)}
+    return {
+        "r": r,
+        "m": np.broadcast_to(rho * volume, r.shape),
+        "rho": np.full(r.shape, rho),
+    }
 
 
 def test_the_section_turned_about_the_axis_holds_the_mass():
@@ -27,9 +31,21 @@ def test_the_section_turned_about_the_axis_holds_the_mass():
 
 
 def test_away_from_the_axis_the_section_is_a_square_around_the_particle():
-    ring = ring_sections(rings(7e-3, 2 * np.pi * 7e-3 * 0.5e-3**2))
+    shift = 0.5e-3**2 / (24.0 * 7e-3)
+    ring = ring_sections(rings(7e-3 + shift, 2 * np.pi * 7e-3 * 0.5e-3**2))
     assert ring.side[0] == pytest.approx(0.5e-3)
     assert ring.inner[0] == pytest.approx(6.75e-3)
+
+
+def test_the_rings_of_a_lattice_fill_it():
+    """Placed as at the start of a run, they touch from the axis on."""
+    dx = 0.3e-3
+    middle = (np.arange(30) + 0.5) * dx
+    ring = ring_sections(
+        rings(middle + dx**2 / (24.0 * middle), 2 * np.pi * middle * dx**2)
+    )
+    np.testing.assert_allclose(ring.inner, np.arange(30) * dx, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(ring.side, dx, rtol=1e-9)
 
 
 def test_at_the_axis_it_is_a_disc_as_high_as_its_radius():
@@ -40,6 +56,6 @@ def test_at_the_axis_it_is_a_disc_as_high_as_its_radius():
 
 
 def test_disc_and_square_meet():
-    near = ring_sections(rings([0.5e-3 - 1e-12, 0.5e-3 + 1e-12], np.pi * 1e-9))
+    near = ring_sections(rings([7e-3 / 12 - 1e-12, 7e-3 / 12 + 1e-12], np.pi * 1e-9))
     assert near.side == pytest.approx([1e-3, 1e-3], rel=1e-8)
     assert near.outer == pytest.approx([1e-3, 1e-3], rel=1e-8)

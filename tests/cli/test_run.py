@@ -96,7 +96,7 @@ def test_unstable_run_exits_with_code_3_and_keeps_what_it_wrote(tmp_path):
     assert "unstable (" in done.stderr
     result = json.loads((tmp_path / "result.json").read_text())
     assert result["status"] == "unstable"
-    assert result["reason"] in {"energy_drift", "density", "step_collapse"}
+    assert result["reason"] in {"density", "step_collapse", "negative_energy"}
     assert result["detail"] in done.stderr
     assert re.search(r" mm, .* km/s|total energy changed", result["detail"])
     assert " m/s" not in result["detail"]

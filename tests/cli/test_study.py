@@ -6,7 +6,7 @@ import pytest
 from launch import MPISPH, call, launch
 from studies import UNSTABLE, small_study
 
-TEXT = small_study("0.2 us", variants=(("sound", ""), ("unstable", UNSTABLE)))
+TEXT = small_study("0.4 us", variants=(("sound", ""), ("unstable", UNSTABLE)))
 
 
 @pytest.fixture(scope="module")

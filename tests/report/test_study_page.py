@@ -50,7 +50,7 @@ label = "<sound>"
 
 [[variants]]
 name = "unstable"
-set = {{ "limits.energy_drift" = 1e-12 }}
+set = {{ "limits.energy_drift" = 1e-18 }}
 
 [figure]
 kind = "lines"
@@ -191,7 +191,7 @@ def test_what_is_varied(page):
     assert page.table("", "key") == [["NPH", "resolution.nph", "2.0, 2.5, 3.0"]]
     assert page.table("variant", "base case") == [
         ["<sound>", str(SHOT), "–"],
-        ["unstable", str(SHOT), "limits.energy_drift = 1e-12"],
+        ["unstable", str(SHOT), "limits.energy_drift = 1e-18"],
     ]
     assert page.value("time.end") == "2 us"
     assert page.value("output.every") == "removed"

@@ -487,7 +487,7 @@ def test_a_failure_on_the_way_loses_nothing(moment, ended, tmp_path, monkeypatch
 
 
 def test_an_unstable_run_stays_as_it_is(tmp_path):
-    case = short_case("limits.energy_drift=1e-9")
+    case = short_case("limits.energy_drift=1e-18")
     assert run(case, SELF, tmp_path).status == "unstable"
     before = status(tmp_path)
     with pytest.raises(MpisphError, match="an unstable run cannot be extended"):

@@ -196,7 +196,7 @@ def test_all_files_follow_the_umask(tmp_path):
 
 
 def test_checkpoints_of_an_unstable_run_stay(tmp_path):
-    case = short_case("limits.energy_drift=1e-9", "checkpoints.interval=1e-12")
+    case = short_case("limits.energy_drift=1e-18", "checkpoints.interval=1e-12")
     assert run(case, MPI.COMM_SELF, tmp_path).status == "unstable"
     assert len(list((tmp_path / "checkpoints").iterdir())) > 0
 
@@ -232,7 +232,7 @@ def test_a_forced_run_replaces_the_files_of_the_one_before(tmp_path):
 
 def test_limits_end_a_run_as_unstable(tmp_path):
     cases = {
-        "energy_drift": "limits.energy_drift=1e-9",
+        "energy_drift": "limits.energy_drift=1e-18",
         "density": "limits.density_ratio_max=1.2",
         "internal_energy": "limits.energy_ratio_max=0.01",
         "step_collapse": "limits.step_ratio_min=0.99",
