@@ -101,7 +101,7 @@ def areal_density(
         )
     z_edges = z_low + _multiples(pixel, z_high - z_low)
     y_half = _multiples(pixel, y_max)
-    ring, z = _widened(ring_sections(arrays), arrays["r"], widen), arrays["z"]
+    ring, z = _widened(ring_sections(arrays), widen), arrays["z"]
     volume = np.pi * (ring.outer**2 - ring.inner**2) * ring.side
     density = arrays["m"] / volume
     if weights is not None:
@@ -122,10 +122,10 @@ def areal_density(
     )
 
 
-def _widened(ring: RingSections, r: FloatArray, factor: float) -> RingSections:
+def _widened(ring: RingSections, factor: float) -> RingSections:
     side = factor * ring.side
-    inner = np.maximum(r - 0.5 * side, 0.0)
-    return RingSections(inner, np.maximum(r, 0.5 * side) + 0.5 * side, side)
+    middle = np.maximum(0.5 * (ring.inner + ring.outer), 0.5 * side)
+    return RingSections(middle - 0.5 * side, middle + 0.5 * side, side)
 
 
 def _multiples(pixel: float, length: float) -> FloatArray:

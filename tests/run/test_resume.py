@@ -265,7 +265,7 @@ def test_how_a_run_stands_is_known_without_its_status(damage, stopped, ended):
     out = call("status", stopped, ended).stdout
     word = "missing" if damage == "missing" else "damaged"
     assert f"{stopped}: failed (status.json was {word}), step {step}, t = 0.2" in out
-    assert f"{ended}: completed, step 29, t = 0.4000 of 0.4000 us" in out
+    assert f"{ended}: completed, step 24, t = 0.4000 of 0.4000 us" in out
 
 
 @pytest.mark.parametrize("how", ["run", "resume"])
@@ -436,8 +436,8 @@ def test_a_longer_run_that_was_stopped_has_not_ended(ended):
     # The result of the shorter one is not lost, and not taken for that of the longer.
     assert json.loads((ended / "result.json").read_text())["time"] == 4e-7
     stored = read_run(ended)
-    assert (stored.state, stored.result, len(stored.snapshots)) == ("stopped", None, 10)
-    assert len(stored.clouds) == 9
+    assert (stored.state, stored.result, len(stored.snapshots)) == ("stopped", None, 11)
+    assert len(stored.clouds) == 10
     break_file(ended / "status.json", "")
     assert "failed (status.json was damaged)" in call("status", ended).stdout
     assert resume(SELF, ended).time == 6e-7
