@@ -28,8 +28,8 @@ SHOT = CASES / "piekutowski-4-1353.toml"
 SLURM = TOP / "scripts/slurm.sh"
 PBS = TOP / "scripts/pbs.sh"
 SETTINGS = {
-    "one": ("resolution.npr=5", "time.end=1.5us", "checkpoints.interval=0.03us"),
-    "two": ("resolution.npr=4", "time.end=1.2us", "checkpoints.interval=0.03us"),
+    "one": ("resolution.npr=6", "time.end=2us", "checkpoints.interval=0.03us"),
+    "two": ("resolution.npr=5", "time.end=1.6us", "checkpoints.interval=0.03us"),
 }
 
 
