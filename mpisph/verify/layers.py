@@ -114,15 +114,3 @@ def layers_of(run: OpenedRun, body: str, index: int, radius: float) -> Layers:
     }
     table["stress"] = table["P"] - table["S_zz"]
     return Layers(places.reshape(count, -1).mean(axis=1), table)
-
-
-def crossing(x: FloatArray, y: FloatArray, level: float) -> float:
-    """Return where the values y along x fall below a level for the last time.
-
-    NaN where they never do.
-    """
-    above = np.flatnonzero(y > level)
-    if above.size == 0 or above[-1] + 1 == y.size:
-        return float("nan")
-    i = int(above[-1])
-    return float(x[i] + (y[i] - level) / (y[i] - y[i + 1]) * (x[i + 1] - x[i]))

@@ -18,9 +18,6 @@ from mpisph.verify.gas import (
     SHOCK_PLACE,
     GasBody,
     gas_setup,
-    mean_in,
-    outermost_crossing,
-    profile,
 )
 from mpisph.verify.plots import Panel, draw_panels
 from mpisph.verify.problem import (
@@ -31,6 +28,7 @@ from mpisph.verify.problem import (
     Solved,
     observed_order,
 )
+from mpisph.verify.profiles import mean_in, outermost_crossing, profile
 
 GAMMA = 1.4
 

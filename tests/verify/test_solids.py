@@ -10,7 +10,6 @@ from mpisph.case.discretise import discretise
 from mpisph.case.initial import complete_particles
 from mpisph.verify.exact.elasticity import bar_stress, spun_section
 from mpisph.verify.exact.taylor import final_length
-from mpisph.verify.layers import crossing
 from mpisph.verify.problem import Solved
 from mpisph.verify.problems import (
     contact,
@@ -317,13 +316,6 @@ def test_a_polar_shell_has_the_mass_of_the_shell():
     # Sections are nearly squares of the spacing, off the axis.
     area = fields["m"] / (2 * math.pi * fields["r"] * shell.density)
     assert area[fields["r"] > 4e-3] == pytest.approx(4e-6, rel=0.03)
-
-
-def test_the_last_crossing_counts():
-    x = np.arange(6.0)
-    assert crossing(x, np.array([1, 0, 3, 3, 1, 0.0]), 2.0) == pytest.approx(3.5)
-    assert math.isnan(crossing(x, np.zeros(6), 2.0))
-    assert math.isnan(crossing(x, np.full(6, 3.0), 2.0))
 
 
 def test_zeros_lie_between_their_neighbours():

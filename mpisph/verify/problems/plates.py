@@ -16,9 +16,10 @@ from mpisph.case import Case
 from mpisph.figures.style import Out
 from mpisph.physics.eos.mie_grueneisen import MieGrueneisen
 from mpisph.verify.exact.shocks import Shocked, matter_of, plane_waves, sound_speed
-from mpisph.verify.layers import Layers, crossing, layers_of, plates
+from mpisph.verify.layers import Layers, layers_of, plates
 from mpisph.verify.plots import Panel, draw_panels
 from mpisph.verify.problem import Array, Check, Problem, Setup, Solved, observed_order
+from mpisph.verify.profiles import outermost_crossing
 
 _MATERIAL = "al-6061-t6"
 _SPACING = 0.1e-3
@@ -104,7 +105,9 @@ def _measure(solved: Solved) -> Measured:
     """Return the state behind the shock as computed."""
     half, end = (_layers(solved, index) for index in (1, 2))
     level = 0.5 * _exact(solved.run.case).velocity
-    fronts = [crossing(at.mean("z"), at.mean("u_z"), level) for at in (half, end)]
+    fronts = [
+        outermost_crossing(at.mean("z"), at.mean("u_z"), level) for at in (half, end)
+    ]
     times = [solved.run.snapshots[index].time for index in (1, 2)]
     way = _WAY * end.start.size
     near = slice(int(0.5 * way), int(0.7 * way))

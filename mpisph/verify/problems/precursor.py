@@ -13,9 +13,10 @@ import numpy as np
 from mpisph.case import Case
 from mpisph.figures.style import Out
 from mpisph.verify.exact.shocks import Shocked, matter_of, plane_waves
-from mpisph.verify.layers import Layers, crossing, layers_of, plates
+from mpisph.verify.layers import Layers, layers_of, plates
 from mpisph.verify.plots import Panel, draw_panels
 from mpisph.verify.problem import Check, Problem, Setup, Solved, observed_order
+from mpisph.verify.profiles import outermost_crossing
 
 _MATERIAL = "al-6061-t6"
 _VELOCITY = 150.0
@@ -89,7 +90,9 @@ def _measure(solved: Solved) -> Measured:
     levels = 0.5 * limit.velocity, 0.5 * (limit.velocity + plastic.velocity)
     speeds = []
     for level in levels:
-        first, second = (crossing(at.mean("z"), at.mean("u_z"), level) for at in both)
+        first, second = (
+            outermost_crossing(at.mean("z"), at.mean("u_z"), level) for at in both
+        )
         speeds.append((second - first) / (times[1] - times[0]))
     end, spacing = both[1], solved.run.case.spacing
     # Layers are counted in the matter at rest.

@@ -11,8 +11,6 @@ from mpisph.verify.gas import (
     KM_S,
     GasBody,
     gas_setup,
-    outermost_crossing,
-    profile,
 )
 from mpisph.verify.plots import Panel, draw_panels
 from mpisph.verify.problem import (
@@ -23,6 +21,7 @@ from mpisph.verify.problem import (
     Solved,
     observed_order,
 )
+from mpisph.verify.profiles import outermost_crossing, profile
 
 GAMMA = 5.0 / 3.0
 
