@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 from mpisph.case.bodies import SHAPES, Plate
@@ -92,9 +91,13 @@ _FEWEST_BETWEEN = 2.0
 """Least distance of two planes, in reaches of the kernel: images are not mirrored."""
 
 
+_TOUCHING = 1e-9
+"""Depth over the size of a body that is none."""
+
+
 def _check_boundary(parts: Parts) -> Iterator[Finding]:
     """Require that bodies lie between the planes, and room for the kernel there."""
-    low, high = planes = _planes(parts)
+    low, high = planes = (parts.boundary or Boundary()).planes
     for body in parts.bodies:
         if body is None:
             continue
@@ -121,17 +124,6 @@ def _check_boundary(parts: Parts) -> Iterator[Finding]:
                 f"the planes are {high - low:g} m apart; expected at least "
                 f"{_FEWEST_BETWEEN:g} reaches of the kernel, {least:g} m",
             )
-
-
-_TOUCHING = 1e-9
-"""Depth over the size of a body that is none."""
-
-
-def _planes(parts: Parts) -> tuple[float, float]:
-    """Return the positions of the planes [m], infinite where there is none."""
-    boundary = parts.boundary or Boundary()
-    low, high = boundary.z_min, boundary.z_max
-    return -math.inf if low is None else low, math.inf if high is None else high
 
 
 def _check_resolution(parts: Parts) -> Iterator[Finding]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, Strict
@@ -111,6 +112,12 @@ class Boundary(FrozenModel):
     def exists(self) -> bool:
         """Whether there is any plane."""
         return self.z_min is not None or self.z_max is not None
+
+    @property
+    def planes(self) -> tuple[float, float]:
+        """The positions of the planes [m], infinite where there is none."""
+        low = -math.inf if self.z_min is None else self.z_min
+        return low, math.inf if self.z_max is None else self.z_max
 
 
 class Scheme(FrozenModel):

@@ -62,14 +62,8 @@ def make_simulation(
         cloud=cloud_definition(case),
         rule=step_rule(case),
         cut=cut,
-        planes=planes_of(case),
+        planes=Planes(*case.boundary.planes),
     )
-
-
-def planes_of(case: Case) -> Planes:
-    """Return the rigid planes of a case."""
-    low, high = case.boundary.z_min, case.boundary.z_max
-    return Planes(-math.inf if low is None else low, math.inf if high is None else high)
 
 
 def initial_scales(case: Case, comm: MPI.Intracomm, share: InitialParticles) -> Scales:
