@@ -92,11 +92,12 @@ def _set_correction(correction, k, share, B):
 
 
 @njit(**EXACT)
-def _rest(rates, k):
-    """Set the rates of particle `k` to zero, return its velocity divergence."""
+def _rest(k, rates, div, crowding, correction):
+    """Let particle `k` be at rest within matter as it was at the start."""
     for row in range(rates.shape[0]):
         rates[row, k] = 0.0
-    return 0.0
+    div[k], crowding[k] = 0.0, 1.0
+    _set_correction(correction, k, 0.0, UNITY)
 
 
 @njit(**EXACT)
@@ -139,9 +140,8 @@ def _update_rates(
                 until = quiescent_until(cells, lattice, i, records, calm, next_change)
             quiescent = reach <= until
         if quiescent:
-            div[k] = _rest(rates, k)
-            damping[k], crowding[k] = scheme.alpha * sources.c[k], 1.0
-            _set_correction(correction, k, 0.0, UNITY)
+            _rest(k, rates, div, crowding, correction)
+            damping[k] = scheme.alpha * sources.c[k]
             count[k] = 0.0
             continue
         n_runs, candidates = candidate_runs(
@@ -171,9 +171,8 @@ def _update_rates(
         if calm[i] and is_negligible(
             rates[:, k], bulk_sound_speed, sources.h[k], sources.rho[k]
         ):
-            div[k] = _rest(rates, k)
-            damping[k], crowding[k] = scheme.alpha * sources.c[k], 1.0
-            _set_correction(correction, k, 0.0, UNITY)
+            _rest(k, rates, div, crowding, correction)
+            damping[k] = scheme.alpha * sources.c[k]
         count[k] = n
         total += n
     return total
