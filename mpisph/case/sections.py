@@ -94,8 +94,8 @@ class Heat(FrozenModel):
 
     enabled: Flag = True
     """Whether to conduct artificial heat."""
-    g1: NonNegative = 0.5
-    """Coefficient of the term with the sound speed."""
+    g1: NonNegative = 0.0
+    """Coefficient of the term with the sound speed, which conducts everywhere."""
     g2: NonNegative = 1.0
     """Coefficient of the term with the rate of compression."""
 

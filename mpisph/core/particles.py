@@ -93,6 +93,10 @@ FIELDS = (
     Field("B_tt", "B_tt", "1", "correction of the gradient tt", "derived", True, False),
     Field("B_rz", "B_rz", "1", "correction of the gradient rz", "derived", True, False),
     Field("B_zz", "B_zz", "1", "correction of the gradient zz", "derived", True, False),
+    Field("dB_rr", "dB_rr/dt", "1/s", "rate of B_rr", "derived", False, False),
+    Field("dB_tt", "dB_tt/dt", "1/s", "rate of B_tt", "derived", False, False),
+    Field("dB_rz", "dB_rz/dt", "1/s", "rate of B_rz", "derived", False, False),
+    Field("dB_zz", "dB_zz/dt", "1/s", "rate of B_zz", "derived", False, False),
     Field("damping", "v", "m/s", "viscous signal speed", "derived", False, False),
     Field("crowding", "w", "1", "kernel sum over density", "derived", False, True),
     Field("neighbours", "N", "1", "number of neighbours", "derived", False, False),
@@ -126,6 +130,7 @@ MaterialState: Any = _namedtuple(
 """What material models read and set of particles, each of shape (n,)."""
 
 _CORRECTION = slice(VALUES.index("B_rr"), VALUES.index("B_zz") + 1)
+_CORRECTION_RATES = slice(VALUES.index("dB_rr"), VALUES.index("dB_zz") + 1)
 _STRESS = slice(VALUES.index("S_rr"), VALUES.index("S_rz") + 1)
 
 
@@ -195,6 +200,11 @@ class Particles:
     def correction(self) -> FloatArray:
         """B_rr, B_tt, B_rz, B_zz as one view, shape (4, n)."""
         return self.values[_CORRECTION]
+
+    @property
+    def correction_rates(self) -> FloatArray:
+        """The rates of `correction`, shape (4, n)."""
+        return self.values[_CORRECTION_RATES]
 
     @property
     def stress(self) -> FloatArray:

@@ -60,7 +60,11 @@ class MaterialModels(NamedTuple):
 
 def table_type() -> np.dtype[Any]:
     """Return the structured type of a row of the table of constants."""
-    common = [("rho0", np.float64), ("bulk_sound_speed", np.float64)]
+    common = [
+        ("rho0", np.float64),
+        ("bulk_sound_speed", np.float64),
+        ("gas", np.bool_),
+    ]
     numbers = [(kind, np.int64) for kind in KINDS]
     models = [
         (model.attribute, record_type(model.constants))
@@ -83,6 +87,7 @@ def material_table(materials: Sequence[MaterialModels]) -> MaterialTable:
     for row, material in zip(table, materials, strict=True):
         row["rho0"] = material.rho0
         row["bulk_sound_speed"] = material.bulk_sound_speed
+        row["gas"] = material.names["eos"] in eos.GASES
         for kind, models in KINDS.items():
             chosen = models[material.names[kind]]
             row[kind] = list(models).index(chosen.name)

@@ -12,7 +12,7 @@ Before each step the ranks make one reduction, the step's only one; now and then
 cut is moved and particles change their owner.
 """
 
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -159,19 +159,22 @@ def evaluate_rates(
         Time since the last evaluation, zero for the first [s].
     """
     p, scheme = sim.particles, sim.scheme
-    # Artificial heat (R6) needs the divergence, which this evaluation is to give. The
-    # last one alone would make the scheme first order in time; extrapolated, it keeps
-    # the second.
-    last_div = p.div.copy()
+    # Artificial heat (R6) needs the divergence, and forces of solids the correction
+    # (R3), which this evaluation is to give. The last ones alone would make the scheme
+    # first order in time; extrapolated, they keep the second.
+    last_div, last_correction = p.div.copy(), p.correction.copy()
+    ahead = {"div": p.div + dt * p.ddiv}
+    B = p.correction + dt * p.correction_rates
+    ahead |= zip(("B_rr", "B_tt", "B_rz", "B_zz"), B, strict=True)
     with sim.timers.measure("stepping"):
         state = p.material_state(predict(p, after))
         p.w_r[:], p.w_z[:] = state.u_r, state.u_z
     with sim.timers.measure("materials"):
         respond(state, sim.table, scheme.sound_speed_floor)
     with sim.timers.measure("halo"):
-        fields = _with_ghosts(sim, state, last_div + dt * p.ddiv, rank_boxes)
+        fields = _with_ghosts(sim, {**state._asdict(), **ahead}, rank_boxes)
         G = state.G
-        del state  # a tenth of the memory at the peak, which is in the pair loop
+        del state, ahead, B  # a tenth of the memory at the peak, which is in the pair loop
     with sim.timers.measure("neighbours"):
         cells = sort_fields(fields, sim.lattice)
     with sim.timers.measure("pair loop") as watch:
@@ -195,15 +198,16 @@ def evaluate_rates(
     sim.interactions += pairs
     if dt > 0.0:
         p.ddiv[:] = (p.div - last_div) / dt
+        p.correction_rates[:] = (p.correction - last_correction) / dt
 
 
 def _with_ghosts(
-    sim: Simulation, state: Any, div: FloatArray, rank_boxes: FloatArray
+    sim: Simulation, ahead: Mapping[str, FloatArray], rank_boxes: FloatArray
 ) -> FloatArray:
     """Return the fields of the owned particles, then of ghosts and mirror images."""
     p = sim.particles
-    fields = exchanged_fields(p, {**state._asdict(), "div": div})
-    half = reach(state.h, sim.scheme.kappa)
+    fields = exchanged_fields(p, ahead)
+    half = reach(ahead["h"], sim.scheme.kappa)
     these = boxes(p.r, p.z, half, half)
     ghosts = exchange_halo(sim.comm, fields, these, rank_boxes, sim.halo)
     if ghosts.size > 0:

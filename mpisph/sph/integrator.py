@@ -23,7 +23,7 @@ def _advance(values, rates, tau, out):
 
 
 @njit(**EXACT)
-def _drift(r, z, u_r, u_z, S_rz, du_r, du_z, dS_rz, B_rz, tau, low, high):
+def _drift(r, z, u_r, u_z, S_rz, du_r, du_z, dS_rz, B_rz, dB_rz, tau, low, high):
     for i in range(r.size):
         r[i] += tau * u_r[i]
         z[i] += tau * u_z[i]
@@ -34,6 +34,7 @@ def _drift(r, z, u_r, u_z, S_rz, du_r, du_z, dS_rz, B_rz, tau, low, high):
             du_r[i] = -du_r[i]
             dS_rz[i] = -dS_rz[i]
             B_rz[i] = -B_rz[i]
+            dB_rz[i] = -dB_rz[i]
         if z[i] < low or z[i] > high:
             z[i] = 2.0 * (low if z[i] < low else high) - z[i]
             u_z[i] = -u_z[i]
@@ -41,6 +42,7 @@ def _drift(r, z, u_r, u_z, S_rz, du_r, du_z, dS_rz, B_rz, tau, low, high):
             du_z[i] = -du_z[i]
             dS_rz[i] = -dS_rz[i]
             B_rz[i] = -B_rz[i]
+            dB_rz[i] = -dB_rz[i]
 
 
 @njit(**EXACT)
@@ -72,7 +74,7 @@ def drift(
     about the plane, u_z and S_rz of one that crosses ``z = low`` or ``z = high``.
     """
     _drift(
-        p.r, p.z, p.u_r, p.u_z, p.S_rz, p.du_r, p.du_z, p.dS_rz, p.B_rz,
+        p.r, p.z, p.u_r, p.u_z, p.S_rz, p.du_r, p.du_z, p.dS_rz, p.B_rz, p.dB_rz,
         tau, low, high,
     )  # fmt: skip
 

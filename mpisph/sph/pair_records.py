@@ -64,7 +64,9 @@ def write_pair_records(sources, order, table, scheme, records):
         rho, E, h = sources.rho[k], sources.E[k], sources.h[k]
         P, c, div = sources.P[k], sources.c[k], sources.div[k]
         S_rr, S_zz, S_rz = sources.S_rr[k], sources.S_zz[k], sources.S_rz[k]
-        eta = rho / table[sources.material[k]].rho0
+        mat = table[sources.material[k]]
+        eta = rho / mat.rho0
+        by_mass = div < 0.0 or (mat.gas and eta > 1.0)
         sigma = (P - S_rr, P + S_rr + S_zz, -S_rz, -S_rz, P - S_zz)
         B = (sources.B_rr[k], sources.B_tt[k], sources.B_rz[k], sources.B_zz[k])
         s_rr, s_tt, s_rz, s_zr, s_zz = corrected(sigma, B)
@@ -77,7 +79,7 @@ def write_pair_records(sources, order, table, scheme, records):
         ring[4] = sources.u_r[k]
         ring[5] = sources.u_z[k]
         ring[6] = 0.5 * rho
-        ring[7] = eta if div < 0.0 else -eta
+        ring[7] = eta if by_mass else -eta
         ring[8] = 0.5 * scheme.alpha * c
         ring[9] = E
         ring[10] = diffusivity(scheme.g1, scheme.g2, h, c, div)

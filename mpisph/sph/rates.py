@@ -56,7 +56,13 @@ gives its particle too large a volume, hence too large a divergence, and runs aw
 
 
 @njit(**EXACT)
-def _write_rates(sums, a, sources, k, G, scheme, crowding, rates, correction):
+def settling(crowding, c, h):
+    """Return d(ln rho)/dt with which an expanded gas goes to its kernel sum (R2)."""
+    return (crowding - 1.0) * c / h
+
+
+@njit(**EXACT)
+def _write_rates(sums, a, sources, k, G, gas, scheme, crowding, rates, correction):
     """Write the rates of particle `k`, return its velocity divergence."""
     L = velocity_gradient(sums.continuity, a)
     B = (sources.B_rr[k], sources.B_tt[k], sources.B_rz[k], sources.B_zz[k])
@@ -64,6 +70,9 @@ def _write_rates(sums, a, sources, k, G, scheme, crowding, rates, correction):
     div, hoop = D[0] + D[1] + D[4], D[1]
     if crowding > CROWDED and div > 0.0:
         div = hoop = 0.0
+    settled = 0.0
+    if gas and abs(a.eta) < 1.0:
+        settled = settling(crowding, sources.c[k], sources.h[k])
     new = inverse_moments(moments(sums.continuity, a))
     L_rr, L_tt, L_rz, L_zr, L_zz = corrected(L, new)
     share = 0.0 if scheme.lee2003 else solid_share(sources.P[k], G)
@@ -73,14 +82,15 @@ def _write_rates(sums, a, sources, k, G, scheme, crowding, rates, correction):
         sources.S_rr[k], sources.S_zz[k], sources.S_rz[k], G,
     )  # fmt: skip
     rates[RATE.du_r, k], rates[RATE.du_z, k] = acceleration(sums, a)
-    rates[RATE.drho, k] = -sources.rho[k] * div
+    rates[RATE.drho, k] = sources.rho[k] * (settled - div)
     rates[RATE.dE, k] = heating(sums, a)
     rates[RATE.dS_rr, k] = dS_rr
     rates[RATE.dS_zz, k] = dS_zz
     rates[RATE.dS_rz, k] = dS_rz
     rates[RATE.dh, k] = smoothing_rate(
-        scheme.smoothing, sources.h[k], div, hoop, sources.u_r[k], sources.r[k]
-    )
+        scheme.smoothing, sources.h[k], div - settled, hoop,
+        sources.u_r[k], sources.r[k],
+    )  # fmt: skip
     return div
 
 
@@ -162,14 +172,14 @@ def _update_rates(
             near_axis = close > 0.0
         if near_axis:
             sums, _ = pair_sums(a, buffer, padded, scheme, True, lee2003)
+        mat = table[material[k]]
         damping[k] = -sums.damping
         crowding[k] = -0.5 * sums.crowding / abs(a.eta)
         div[k] = _write_rates(
-            sums, a, sources, k, G[k], scheme, crowding[k], rates, correction
+            sums, a, sources, k, G[k], mat.gas, scheme, crowding[k], rates, correction
         )
-        bulk_sound_speed = table[material[k]].bulk_sound_speed
         if calm[i] and is_negligible(
-            rates[:, k], bulk_sound_speed, sources.h[k], sources.rho[k]
+            rates[:, k], mat.bulk_sound_speed, sources.h[k], sources.rho[k]
         ):
             _rest(k, rates, div, crowding, correction)
             damping[k] = scheme.alpha * sources.c[k]

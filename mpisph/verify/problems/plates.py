@@ -57,7 +57,7 @@ def _setup(eos: str, velocity: float, count: int) -> Setup:
     def case(end: float) -> Case:
         return plates(
             _MATERIAL, _MATERIAL, velocity, count, _SPACING, _WIDTH * thickness, end,
-            eos=eos, strength="none",
+            eos=eos, strength="none", viscosity={"alpha": 1.0, "beta": 2.0},
         )  # fmt: skip
 
     # The end follows from the exact speed, which a case of any end tells.
