@@ -32,6 +32,9 @@ from mpisph.verify.profiles import mean_in, outermost_crossing, profile
 
 GAMMA = 1.4
 
+VISCOSITY = {"alpha": 1.5, "beta": 3.0}
+# With alpha = 1 the particles that a shock has pushed into new places keep swinging.
+
 FINE = 0.01
 # Spacing at which the tolerances count [m].
 
@@ -116,6 +119,7 @@ def _setup(tube: Tube, n: int) -> Setup:
         1.0 / n,
         [tube.end],
         GAMMA,
+        scheme={"viscosity": VISCOSITY},
     )
 
 

@@ -97,19 +97,33 @@ class Lattice(NamedTuple):
     def rings(self, row: IntArray, place: IntArray) -> Rings:
         """Return the particles at places in rows.
 
-        Sums over rings of a mass are then integrals over the body, to fourth order in
-        the width: the midpoint rule leaves ``width^2/24`` of a function's value on the
-        axis, which the shift of the rings takes away (R1).
+        Sums over rings of a mass are then integrals over the body (R1).
         """
         column = (self.first[row] + self.stride * place).astype(np.float64)
         middle = self.inner + (column + 0.5) * self.width
         return Rings(
-            r=middle + self.width**2 / (24.0 * middle),
+            r=middle + ring_shift(middle, self.width),
             z=self.z[row],
             mean=middle,
             area=self.area[row],
             spacing=np.full(row.size, self.spacing),
         )
+
+
+INNERMOST = 0.00767
+"""Share of the fourth power of width over radius in the shift of a ring (R1)."""
+
+
+def ring_shift(middle: FloatArray, width: float) -> FloatArray:
+    """Return how far beyond the middles of their sections rings start (R1) [m].
+
+    The midpoint rule leaves ``width^2/24`` of a function's value on the axis, which the
+    shift takes away. The second term is felt by the innermost ring alone: it leaves that
+    ring without acceleration at constant pressure.
+    """
+    ratio = width / middle
+    shift: FloatArray = width * ratio / 24.0 * (1.0 + INNERMOST * ratio**4)
+    return shift
 
 
 SQUARE, HEXAGONAL, POLAR = "square", "hexagonal", "polar"
