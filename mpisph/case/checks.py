@@ -8,6 +8,7 @@ from mpisph.case.bodies import SHAPES, Plate
 from mpisph.case.partial_case import Parts, default_reference, find_spacing
 from mpisph.case.sections import Boundary
 from mpisph.case.shapes.overlap import sections_overlap
+from mpisph.case.shapes.section import rounding_of
 from mpisph.case.size_checks import SIZE_RULES
 from mpisph.case.times import requested_times
 from mpisph.inputs.findings import Finding, Key
@@ -91,10 +92,6 @@ _FEWEST_BETWEEN = 2.0
 """Least distance of two planes, in reaches of the kernel: images are not mirrored."""
 
 
-_TOUCHING = 1e-9
-"""Depth over the size of a body that is none."""
-
-
 def _check_boundary(parts: Parts) -> Iterator[Finding]:
     """Require that bodies lie between the planes, and room for the kernel there."""
     low, high = planes = (parts.boundary or Boundary()).planes
@@ -102,11 +99,10 @@ def _check_boundary(parts: Parts) -> Iterator[Finding]:
         if body is None:
             continue
         ends = body.section.ends
-        margin = _TOUCHING * max(body.section.extent, ends[1] - ends[0])
         for key, plane, depth in zip(
             ("z_min", "z_max"), planes, (low - ends[0], ends[1] - high), strict=True
         ):
-            if depth > margin:
+            if depth > rounding_of(*ends):
                 yield Finding(
                     ("boundary", key),
                     f'the body "{body.name}" reaches {depth:g} m through the plane '

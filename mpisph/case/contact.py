@@ -21,8 +21,8 @@ _RADII = 129
 _UNSEEN = 1e-3
 """Way before the contact over the extent of the bodies that makes no difference."""
 
-_TOUCHING = 1e-6
-"""Gap over the extent of the bodies that is none: shapes are looked at in samples."""
+_SAMPLING = 1e-6
+"""Error of a gap over the extent of the bodies: shapes are looked at in samples."""
 
 
 def first_contact(bodies: Sequence[Body]) -> float:
@@ -78,8 +78,8 @@ def meeting_time(one: Body, other: Body, anywhere: bool = False) -> float:
     gap, behind, ahead = _gap(one, other, anywhere)
     closing = behind.velocity - ahead.velocity
     extent = max(one.section.extent, other.section.extent)
-    touching = gap <= _TOUCHING * extent
-    if touching and (closing >= 0.0 or gap < -_TOUCHING * extent):
+    touching = gap <= _SAMPLING * extent
+    if touching and (closing >= 0.0 or gap < -_SAMPLING * extent):
         return 0.0
     return gap / closing if closing > 0.0 else math.inf
 

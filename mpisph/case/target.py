@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from mpisph.case.bodies import Body, Plate
+from mpisph.case.shapes.section import rounding_of
 
 __all__ = [
     "bodies_before",
@@ -15,9 +15,6 @@ __all__ = [
     "front_face",
     "rear_position",
 ]
-
-_TOUCHING = 1e-9
-"""Gap over the coordinates of two faces that is none."""
 
 
 def default_plate(bodies: Sequence[Body]) -> Plate | None:
@@ -98,5 +95,4 @@ def bodies_before(
 
 
 def _rounding(one: Body, other: Body) -> float:
-    ends = (*one.section.ends, *other.section.ends)
-    return _TOUCHING * max(math.fabs(end) for end in ends)
+    return rounding_of(*one.section.ends, *other.section.ends)

@@ -40,7 +40,7 @@ class Planes(NamedTuple):
 def with_images(
     fields: FloatArray, owned: int, planes: Planes, kappa: float, n_total: int
 ) -> FloatArray:
-    """Return exchanged fields with the images that owned particles reach behind them.
+    """Return exchanged fields with the images that owned particles reach (R11).
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ def after_steps(case, comm, steps=40):
 
 
 @pytest.mark.parametrize(("side", "plane"), [(1.0, "z_min"), (-1.0, "z_max")])
-def test_a_rod_on_a_plane_is_half_of_a_collision(side, plane):
+def test_a_rod_on_a_plane_r11_is_half_of_a_collision(side, plane):
     at = 0.0 if side > 0 else -6e-3
     mine = rod(position=at, velocity=-1e3 * side)
     other = rod("other", position=-6e-3 - at, velocity=1e3 * side)
@@ -63,7 +63,7 @@ def test_images_have_the_same_bits_on_any_number_of_ranks():
     agree(comm, problems)
 
 
-def test_a_particle_that_crosses_a_plane_is_reflected():
+def test_a_particle_that_crosses_a_plane_r11_is_reflected():
     """Far beyond the stable step nothing is left behind a plane."""
     case = make(rod(velocity=-1e3), boundary={"z_min": 0.0})
     sim = start(case, MPI.COMM_SELF)
@@ -85,3 +85,10 @@ def test_a_plane_needs_room_for_the_bodies(boundary, words):
     with pytest.raises(CaseError) as caught:
         make(rod(), boundary=boundary, resolution=resolution)
     assert words in str(caught.value)
+
+
+def test_a_body_touches_a_plane_though_its_place_is_rounded():
+    above = 0.3 + 1e-12
+    assert make(rod(position=0.3), boundary={"z_min": above}).boundary.z_min == above
+    with pytest.raises(CaseError, match="through the plane"):
+        make(rod(position=0.3), boundary={"z_min": 0.3 + 1e-6})

@@ -10,7 +10,7 @@ __all__ = ["sections_overlap"]
 
 # Faces that coincide up to rounding touch; they do not overlap. The first is a fraction
 # of the smaller body, the second of the coordinates that were rounded.
-_TOUCHING = 1e-9
+_SHALLOW = 1e-9
 _ROUNDING = 1e-15
 
 _SAMPLES = 32
@@ -37,7 +37,7 @@ def sections_overlap(one: Section, other: Section) -> bool:
     needs no search for the place where they meet, however thin they are.
     """
     size = min(one.widest, other.widest)
-    depth = _TOUCHING * size + _ROUNDING * max(one.extent, other.extent)
+    depth = _SHALLOW * size + _ROUNDING * max(one.extent, other.extent)
     # What overlaps deeper than that still does without a margin of half of it.
     margin = 0.5 * depth
     low = max(one.ends[0], other.ends[0]) + margin

@@ -9,10 +9,23 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Filling", "FloatArray", "Lattice", "Rings", "Section", "Wall"]
+__all__ = [
+    "Filling",
+    "FloatArray",
+    "Lattice",
+    "Rings",
+    "Section",
+    "Wall",
+    "rounding_of",
+]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+
+
+def rounding_of(*heights: float) -> float:
+    """Return the distance of two faces that is none, by their axial positions [m]."""
+    return 1e-9 * max(map(abs, heights))
 
 
 class Wall(NamedTuple):
