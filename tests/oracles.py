@@ -378,6 +378,8 @@ class BruteForce:
         closing = np.where(p.div < 0.0, -2.0 * p.div, 0.0)
         self.zeta = scheme.g1 * p.h * self.c + scheme.g2 * p.h**2 * closing
         self.eta = p.rho / np.array([mat.rho0 for mat in mats])
+        gas = np.array([mat.eos == "ideal-gas" for mat in mats])
+        self.by_mass = (p.div < 0.0) | (gas & (self.eta > 1.0))
         self.stress = self.sigma @ self.B
         sums = [self._ring(a) for a in range(p.n)]
         self.L, self.K, self.du, self.dE, self.damping, self.crowding, self.count = (
@@ -387,9 +389,14 @@ class BruteForce:
         div, hoop = np.trace(D, axis1=1, axis2=2), D[:, 1, 1]
         crowded = (self.crowding > 1.1) & (div > 0.0)
         self.div = np.where(crowded, 0.0, div)
-        self.drho = -p.rho * self.div
+        expanded = gas & (self.eta < 1.0)
+        settled = np.where(expanded, (self.crowding - 1.0) * self.c / p.h, 0.0)
+        self.drho = -p.rho * (self.div - settled)
         state = zip(p.rho.tolist(), p.E.tolist(), mats, strict=True)
-        mu = [0.0 if is_torn(*each) else each[2].mu for each in state]
+        mu = [
+            0.0 if is_torn(*each) or each[2].strength == "none" else each[2].mu
+            for each in state
+        ]
         inverse = [inverse_or_unity(K) for K in self.K]
         self.dS = np.array(
             [
@@ -401,9 +408,9 @@ class BruteForce:
         share = np.clip(1.0 - 10.0 * np.abs(P) / np.maximum(mu, 1.0), 0.0, 1.0) * solid
         self.next_B = np.eye(3) + share[:, None, None] * (inverse - np.eye(3))
         relative = {
-            CLASSIC: self.div,
-            AXISYMMETRIC: np.where(crowded, 0.0, div - hoop),
-            PRINTED: self.div - p.u_r / p.r,
+            CLASSIC: self.div - settled,
+            AXISYMMETRIC: np.where(crowded, 0.0, div - hoop) - settled,
+            PRINTED: self.div - settled - p.u_r / p.r,
         }
         self.dh = 0.5 * p.h * relative.get(scheme.smoothing, np.zeros(p.n))
 
@@ -440,10 +447,9 @@ class BruteForce:
             by_volume = m / rho
             own, other = m / p.rho[a] ** 2, m / rho**2
         else:
-            compressed = p.div[a] < 0.0, p.div[b] < 0.0
-            by_volume = m / rho * (eta if compressed[0] else 1.0)
+            by_volume = m / rho * (eta if self.by_mass[a] else 1.0)
             own = by_volume / p.rho[a]
-            other = m / rho / p.rho[a] * np.where(compressed[1], 1.0 / eta, 1.0)
+            other = m / rho / p.rho[a] * np.where(self.by_mass[b], 1.0 / eta, 1.0)
         L = np.einsum("b,bti,btj->ij", by_volume / n, -closing, grad)
         K = np.einsum("b,bti,btj->ij", by_volume / n, -apart, grad)
         du = -np.einsum("b,ij,btj->i", own / n, self.stress[a], grad)

@@ -102,7 +102,10 @@ def start_from(
     sim.particles.correction[:] = np.array(UNITY)[:, None]
     respond(sim.particles.material_state(), sim.table, sim.scheme.sound_speed_floor)
     rank_boxes = reduce_state(sim, NO_STEP).rank_boxes
-    evaluate_rates(sim, 0.0, rank_boxes, 0.0)
+    # Rates need the divergence and the correction of their own time: these come first.
+    for _ in range(2):
+        sim.interactions = 0
+        evaluate_rates(sim, 0.0, rank_boxes, 0.0)
     sim.pair_cost = PairCost()  # the first time, compiled code was loaded too
     rebalance(sim, reduce_state(sim).work)  # the neighbours are known only now
     return sim

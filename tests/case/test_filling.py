@@ -139,7 +139,7 @@ def test_sums_over_rings_are_integrals_at_the_axis_too(shape, filling, centre, w
     exact = math.pi**1.5 * width**3
     coarse, fine = (
         abs(gauss(discretise(make(shape, filling, dx)), centre, width) / exact - 1.0)
-        for dx in (width / 2, width / 4)
+        for dx in (width / 3, width / 6)
     )
     assert coarse < 0.01
     assert fine < coarse / 11.0

@@ -16,7 +16,7 @@ def test_defaults_are_those_of_the_base_case(data):
     viscosity = scheme.viscosity
     assert (viscosity.alpha, viscosity.beta, viscosity.epsilon) == (2.5, 2.5, 0.001)
     assert viscosity.form == "derived"
-    assert (scheme.heat.enabled, scheme.heat.g1, scheme.heat.g2) == (True, 0.5, 1.0)
+    assert (scheme.heat.enabled, scheme.heat.g1, scheme.heat.g2) == (True, 0.0, 1.0)
     assert (scheme.p_min.value, scheme.p_min.mode) == (0.0, "clamp")
     assert scheme.smoothing == "axisymmetric"
 

@@ -60,6 +60,7 @@ def test_shots_have_none(name):
         (["resolution.npr=3"], "resolution.npr", "resolve no shock"),
         (["resolution.nph=0.7"], "resolution.nph", "take 0.8 or more"),
         (["scheme.viscosity.alpha=0.5"], "scheme.viscosity.alpha", "take 1 or more"),
+        (["scheme.viscosity.alpha=0.1"], "time.cfl", "take 0.2 or less"),
     ],
 )
 def test_each_warning_names_its_key_and_what_to_do(overrides, key, words):

@@ -113,6 +113,7 @@ def test_drift_r11_reflects_the_odd_fields_only():
     p = cloud(50, 1)
     rng = np.random.default_rng(2)
     p.rates[:] = rng.uniform(-1.0, 1.0, p.rates.shape)
+    p.correction_rates[:] = rng.uniform(-1.0, 1.0, (4, p.n))
     p.r[:] *= 1e-3
     before = p.take(np.arange(p.n))
     tau = 1e-9
@@ -123,11 +124,13 @@ def test_drift_r11_reflects_the_odd_fields_only():
     sign = np.where(crossed, -1.0, 1.0)
     np.testing.assert_array_equal(p.r, np.abs(r))
     np.testing.assert_array_equal(p.z, before.z + tau * before.u_z)
-    odd = {"u_r", "S_rz", "du_r", "dS_rz", "B_rz"}
+    odd = {"u_r", "S_rz", "du_r", "dS_rz", "B_rz", "dB_rz"}
     for name in (
         *INTEGRATED,
         "B_rr",
         "B_rz",
+        "dB_rr",
+        "dB_rz",
         "du_r",
         "du_z",
         "drho",

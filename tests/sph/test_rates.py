@@ -62,12 +62,14 @@ CASES = {
     "printed h": ({"n": 30, "seed": 16}, SCHEME._replace(smoothing=PRINTED), 400),
     "cut at 2 h": ({"n": 40, "seed": 12}, SCHEME._replace(kappa=2.0), 400),
     "two materials": ({"n": 40, "seed": 13, "n_materials": 2}, SCHEME, 400),
+    "gas on metal": ({"n": 40, "seed": 18, "n_materials": 2}, SCHEME, 400),
 }
 MATERIALS = {
     "clamped": (ALUMINIUM._replace(P_min=-1e8, P_min_mode="clamp"),),
     "tension off": (ALUMINIUM._replace(P_min=0.0, P_min_mode="zero"),),
     "2003, far": (ALUMINIUM, COPPER),
     "crowded": (ALUMINIUM, COPPER),
+    "gas on metal": (ALUMINIUM._replace(eos="ideal-gas", strength="none"), COPPER),
     "two materials": (
         ALUMINIUM._replace(eos="tillotson"),
         COPPER._replace(eos="linear", P_min=-2e9, P_min_mode="clamp"),
@@ -129,6 +131,16 @@ def test_correction_r7_and_crowding_r2_of_rings(name):
         assert 3 < crowded.sum() < crowded.size - 3
         sound = np.linalg.det(brute.K[:, ::2, ::2]) > 0.1
         assert 0 < sound.sum() < sound.size
+
+
+def test_gas_r2_r3_is_expanded_and_compressed():
+    """All kinds of weights and rates of density stand in the case."""
+    p, brute = both("gas on metal")
+    gas, expanded, by_mass = p.material == 0, brute.eta < 1.0, brute.by_mass
+    for kind in (gas & expanded & by_mass, gas & expanded & ~by_mass, gas & ~expanded):
+        assert kind.sum() > 2
+    assert by_mass[gas & ~expanded].all()
+    assert 0 < by_mass[~gas & (brute.eta > 1.0)].mean() < 1
 
 
 @EVERY_CASE
