@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from mpisph.core.jit import EXACT, INLINE
+from mpisph.core.stack import align_stack
 from mpisph.physics.heat import heat_flow
 from mpisph.physics.kernel import XI_FAR, ring_averages, ring_averages_far
 from mpisph.physics.viscosity import (
@@ -241,6 +242,7 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
         good; zero from the other.
     """
     place, motion, state, stress = buffer[0], buffer[1], buffer[2], buffer[3]
+    align_stack()
     root_a = 1.0 / np.sqrt(2.0 * a.r)
     half_inv_a = 0.5 / a.r
     if lee2003 is None:
