@@ -65,6 +65,7 @@ def settling(crowding, c, h):
 def _write_rates(sums, a, sources, k, G, gas, scheme, crowding, rates, correction):
     """Write the rates of particle `k`, return its velocity divergence."""
     L = velocity_gradient(sums.continuity, a)
+    M = velocity_gradient(sums.stress, a) if scheme.lee2003 else L
     B = (sources.B_rr[k], sources.B_tt[k], sources.B_rz[k], sources.B_zz[k])
     D = corrected(L, B)
     div, hoop = D[0] + D[1] + D[4], D[1]
@@ -83,7 +84,7 @@ def _write_rates(sums, a, sources, k, G, gas, scheme, crowding, rates, correctio
     )  # fmt: skip
     rates[RATE.du_r, k], rates[RATE.du_z, k] = acceleration(sums, a)
     rates[RATE.drho, k] = sources.rho[k] * (settled - div)
-    rates[RATE.dE, k] = heating(sums, a)
+    rates[RATE.dE, k] = heating(sums, M, a)
     rates[RATE.dS_rr, k] = dS_rr
     rates[RATE.dS_zz, k] = dS_zz
     rates[RATE.dS_rz, k] = dS_rz
@@ -173,7 +174,7 @@ def _update_rates(
         if near_axis:
             sums, _ = pair_sums(a, buffer, padded, scheme, True, lee2003)
         mat = table[material[k]]
-        damping[k] = -sums.damping
+        damping[k] = -0.25 / a.half_rho * sums.damping
         crowding[k] = -0.5 * sums.crowding / abs(a.eta)
         div[k] = _write_rates(
             sums, a, sources, k, G[k], mat.gas, scheme, crowding[k], rates, correction
