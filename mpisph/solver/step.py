@@ -174,7 +174,7 @@ def evaluate_rates(
     with sim.timers.measure("halo"):
         fields = _with_ghosts(sim, {**state._asdict(), **ahead}, rank_boxes)
         G = state.G
-        del state, ahead, B  # a tenth of the memory at the peak, which is in the pair loop
+        del state, ahead, B  # a tenth of the memory at the peak, in the pair loop
     with sim.timers.measure("neighbours"):
         cells = sort_fields(fields, sim.lattice)
     with sim.timers.measure("pair loop") as watch:

@@ -301,7 +301,7 @@ def test_energy_r11_is_conserved_to_rounding(pair_form, time):
 
 
 def shot_without_switches():
-    """A shot without strength and tensile limit: where those switch, the order falls."""
+    """A shot without strength and tensile limit, whose switches lower the order."""
     overrides = ("resolution.npr=4", "scheme.strength=none", "scheme.p_min.mode=off")
     case = load_case(SHOT, overrides)
     return case, discretise(case)

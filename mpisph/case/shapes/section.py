@@ -130,9 +130,9 @@ INNERMOST = 0.00767
 def ring_shift(middle: FloatArray, width: float) -> FloatArray:
     """Return how far beyond the middles of their sections rings start (R1) [m].
 
-    The midpoint rule leaves ``width^2/24`` of a function's value on the axis, which the
-    shift takes away. The second term is felt by the innermost ring alone: it leaves that
-    ring without acceleration at constant pressure.
+    The midpoint rule leaves ``width^2/24`` of a function's value on the axis, which
+    the shift takes away. The second term is felt by the innermost ring alone: it leaves
+    that ring without acceleration at constant pressure.
     """
     ratio = width / middle
     shift: FloatArray = width * ratio / 24.0 * (1.0 + INNERMOST * ratio**4)
