@@ -85,7 +85,7 @@ def test_a_stopped_run_continues_with_the_same_bits(settings, mpi_tmp_path):
 def test_a_resumed_run_breaks_down_where_it_would_have(mpi_tmp_path):
     """The limit of the step counts from the very first one."""
     world = MPI.COMM_WORLD
-    case = short_case("limits.step_ratio_min=0.82")
+    case = short_case("limits.step_ratio_min=0.95")
     once = run(case, world, mpi_tmp_path / "once")
     folder = mpi_tmp_path / "stopped"
     run(case, world, folder, signals=StopAt(once.step // 2))
