@@ -18,16 +18,14 @@ def diffusivity(g1, g2, h, c, div):
 
 
 @njit(**INLINE)
-def heat_flow(two_zeta_ab, inv_rho_ab, E_a, E_b):
-    """Return the heating of a by b, over ``m_b F A0`` (R6) [J m5/(kg2 s)].
+def heat_flow(two_zeta_ab, E_a, E_b):
+    """Return the heating of a by b, over ``m_b F A0/rho`` (R6) [m4/s3].
 
     Parameters
     ----------
     two_zeta_ab : float
         Sum of the two diffusivities [m2/s].
-    inv_rho_ab : float
-        Inverse of the mean density [m3/kg].
     E_a, E_b : float
         [J/kg].
     """
-    return two_zeta_ab * inv_rho_ab * (E_a - E_b)
+    return two_zeta_ab * (E_a - E_b)

@@ -90,10 +90,15 @@ def closing(N):
 
 
 @njit(**INLINE)
-def viscous_pressure(mu, alpha_c, beta, scale):
-    """Return the viscous pressure of an approach speed mu <= 0 (R5).
+def signal_speed(mu, alpha_c, beta):
+    """Return the viscous signal speed of an approach speed mu <= 0 (R5, R11) [m/s].
 
-    `scale` divides by the pair's mean density; `alpha_c` is alpha times the pair's mean
-    sound speed [m/s].
+    `alpha_c` is alpha times the pair's mean sound speed [m/s].
     """
-    return (beta * mu - alpha_c) * mu * scale
+    return alpha_c - beta * mu
+
+
+@njit(**INLINE)
+def viscous_pressure(mu, alpha_c, beta):
+    """Return the viscous pressure over the pair's mean density (R5) [m2/s2]."""
+    return -signal_speed(mu, alpha_c, beta) * mu

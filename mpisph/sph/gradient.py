@@ -12,12 +12,14 @@ class GradientSums(NamedTuple):
 
     Attributes
     ----------
-    u_y, u_s, u_z : float
-        Sums of u_r,b times y, r_b s2 and z A1 [1/s].
+    u_y, u_s : float
+        Sums of u_r,b times y [1/s] and A1 h2, which is 2 r_a r_b s2 [m/s].
+    u_z : float
+        Sum of u_r,b z A1 - u_r,a z A0 [1/s].
     v_x, v_z : float
         Sums of u_z,b - u_z,a times x and z A0 [1/s].
     r_y, r_s, z_x, z_z : float
-        The same of positions: r_b times y and r_b s2; z_b - z_a times x and z A0.
+        The same of positions: r_b times y and A1 h2 [m]; z_b - z_a times x and z A0.
     x, z : float
         Sums of x and z A0 [1/m].
     """
@@ -42,13 +44,13 @@ NO_SUMS = GradientSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 def gradient_terms(a, b, w, averages, dz):
     """Return what ring b adds to the sums of ring a with weight `w` (R2).
 
-    `averages` holds x, y, r_b s2, z A0 and z A1, each times V_b F.
+    `averages` holds x, y, A1 h2 and z A0, each times V_b F, and q.
     """
-    x, y, s, z_A0, z_A1 = averages
-    x, y, s, z_A0, z_A1 = w * x, w * y, w * s, w * z_A0, w * z_A1
-    du_z = b.u_z - a.u_z
+    x, y, s, z_A0, q = averages
+    x, y, s, z_A0 = w * x, w * y, w * s, w * z_A0
+    du_r, du_z = b.u_r - a.u_r, b.u_z - a.u_z
     return GradientSums(
-        b.u_r * y, b.u_r * s, b.u_r * z_A1, du_z * x, du_z * z_A0,
+        b.u_r * y, b.u_r * s, (du_r - b.u_r * q) * z_A0, du_z * x, du_z * z_A0,
         b.r * y, b.r * s, -dz * x, -dz * z_A0, x, z_A0,
     )  # fmt: skip
 
@@ -66,19 +68,15 @@ def added(s, t):
 @njit(**EXACT)
 def velocity_gradient(s, a):
     """Return L_rr, L_tt, L_rz, L_zr, L_zz of ring a (R2) [1/s]."""
-    return (
-        s.u_y + s.u_s - a.u_r * s.x,
-        -s.u_s,
-        s.u_z - a.u_r * s.z,
-        s.v_x,
-        s.v_z,
-    )
+    hoop = 0.5 / a.r * s.u_s
+    return s.u_y + hoop - a.u_r * s.x, -hoop, s.u_z, s.v_x, s.v_z
 
 
 @njit(**EXACT)
 def moments(s, a):
     """Return K_rr, K_tt, K_rz, K_zz of ring a: R2 of positions, for velocities (R7)."""
-    return s.r_y + s.r_s - a.r * s.x, -s.r_s, s.z_x, s.z_z
+    hoop = 0.5 / a.r * s.r_s
+    return s.r_y + hoop - a.r * s.x, -hoop, s.z_x, s.z_z
 
 
 UNITY = (1.0, 1.0, 0.0, 1.0)

@@ -17,10 +17,10 @@ class PairRecord(NamedTuple):
     """What a pair needs to know of one ring, SI units.
 
     Chosen so that the loop over pairs multiplies little: `half_h` and `half_rho` add up
-    to the pair's means, `half_alpha_c` (alpha c/2) and `zeta` to those of alpha c and,
-    doubled, of zeta; `V_F` is ``-2 m/(rho r^(1/2))``, which is V F h^2 r^(-1/2);
-    `s_..` is sigma B, compression positive (R3), and `s_tr` is ``s_tt - s_rr``. `eta`
-    is rho/rho0, negative where theta is zero (R3).
+    to the pair's means, `half_alpha_c` (alpha c/2) to that of alpha c, and `two_zeta`
+    to four times that of zeta; `V_F` is ``-2 m/(rho r^(1/2))``, which is
+    V F h^2 r^(-1/2); `s_..` is sigma B, compression positive (R3), and `half_s_tr` is
+    ``(s_tt - s_rr)/2``. `eta` is rho/rho0, negative where theta is zero (R3).
     """
 
     r: float
@@ -33,9 +33,9 @@ class PairRecord(NamedTuple):
     eta: float
     half_alpha_c: float
     E: float
-    zeta: float
+    two_zeta: float
     s_rr: float
-    s_tr: float
+    half_s_tr: float
     s_zz: float
     s_rz: float
     s_zr: float
@@ -80,9 +80,9 @@ def write_pair_records(sources, order, table, scheme, records):
         ring[7] = eta if div < 0.0 else -eta
         ring[8] = 0.5 * scheme.alpha * c
         ring[9] = E
-        ring[10] = diffusivity(scheme.g1, scheme.g2, h, c, div)
+        ring[10] = 2.0 * diffusivity(scheme.g1, scheme.g2, h, c, div)
         ring[11] = s_rr
-        ring[12] = s_tt - s_rr
+        ring[12] = 0.5 * (s_tt - s_rr)
         ring[13] = s_zz
         ring[14] = s_rz
         ring[15] = s_zr

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from mpisph.core.jit import EXACT, INLINE
+from mpisph.core.stack import align_stack
 from mpisph.physics.heat import heat_flow
 from mpisph.physics.kernel import XI_FAR, ring_averages, ring_averages_far
 from mpisph.physics.viscosity import (
@@ -20,15 +21,10 @@ from mpisph.physics.viscosity import (
     closing,
     hoop_approach,
     near_nodes,
+    signal_speed,
     viscous_pressure,
 )
-from mpisph.sph.gradient import (
-    NO_SUMS,
-    GradientSums,
-    added,
-    gradient_terms,
-    velocity_gradient,
-)
+from mpisph.sph.gradient import NO_SUMS, GradientSums, added, gradient_terms
 from mpisph.sph.pair_records import RECORD_FIELDS, PairRecord, record_at
 
 LANES = 8
@@ -56,7 +52,7 @@ class PairSums(NamedTuple):
     heat : float
         Heating by viscosity and artificial heat, doubled (R4, R6) [W/m3].
     damping : float
-        Viscous signal speed, over -h^2 F/2 (R11) [m3/s].
+        Viscous signal speed times density, over -h^2 F/4 (R11) [kg/s].
     crowding : float
         Kernel sum in eta, over -h^2 F/2 (R2) [m2].
     """
@@ -120,13 +116,19 @@ def _put(x, k, place, motion, state, stress):
     row = motion[k]
     row[0], row[1], row[2], row[3] = x.u_r, x.u_z, x.half_rho, x.eta
     row = state[k]
-    row[0], row[1], row[2], row[3] = x.half_alpha_c, x.E, x.zeta, x.s_rr
+    row[0], row[1], row[2], row[3] = x.half_alpha_c, x.E, x.two_zeta, x.s_rr
     row = stress[k]
-    row[0], row[1], row[2], row[3] = x.s_tr, x.s_zz, x.s_rz, x.s_zr
+    row[0], row[1], row[2], row[3] = x.half_s_tr, x.s_zz, x.s_rz, x.s_zr
 
 
 @njit(**INLINE)
-def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, theta_a, scheme, lee2003):
+def mean(w, one, other):
+    """Return the mean of two values, the first with the weight `w`."""
+    return other + w * (one - other)
+
+
+@njit(**INLINE)
+def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, h2_r, theta_a, scheme, lee2003):
     """Return what ring b adds to the sums of ring a (R2, R3, R4, R5, R6).
 
     Parameters
@@ -138,8 +140,8 @@ def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, theta_a, scheme, lee2003):
         Of the average over the angle (see `viscosity.Nodes`).
     dr, dz, d2 : float
         Differences a - b [m] and their squares' sum [m2].
-    h : float
-        Pair mean of h [m].
+    h, h2_r : float
+        Pair mean of h, and its square over r_b [m].
     theta_a : float
         theta of ring a over its eta, or over its density (R3).
     scheme : SchemeConstants
@@ -149,65 +151,68 @@ def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, theta_a, scheme, lee2003):
     Returns
     -------
     averages : tuple of float
-        x, y, r_b s2, z A0 and z A1 (R2).
+        See `gradient_terms`.
     w_a : float
         Weight of a's stress (R3).
     f_r, f_z, heat, damping, crowding : float
         Terms of `PairSums`.
     """
-    A0, A1, s2, q, ratio = kernel
+    A0, A1, _, q, ratio = kernel
+    h2 = h * h
     A0_q = A0 * q
-    dr_A1 = dr * A1
-    x = a.r * A0_q + dr_A1
-    y = dr_A1 - b.r * A0_q
-    z_A0, z_A1 = dz * A0, dz * A1
+    dr_A0, z_A0 = dr * A0, dz * A0
+    hoop = b.r * A0_q
+    x = dr_A0 + hoop
+    y = dr_A0 - a.r * A0_q
 
     # Viscosity: at each node the approach N and the squared distance D.
     tau_1, tau_2, w_1 = nodes
-    h2 = h * h
     N = dr * (a.u_r - b.u_r) + dz * (a.u_z - b.u_z)
     N_hoop = hoop_approach(a.r, b.r, a.u_r, b.u_r, q, scheme.printed)
     D = d2 + scheme.epsilon * h2
     D_hoop = ratio * h2
-    N_1, N_2 = N + tau_1 * N_hoop, N + tau_2 * N_hoop
     D_1, D_2 = D + tau_1 * D_hoop, D + tau_2 * D_hoop
     rho = a.half_rho + b.half_rho
     b_eta = abs(b.eta)
     ratio_a = abs(a.eta) if lee2003 is None else a.half_rho
     ratio_b = b_eta if lee2003 is None else b.half_rho
-    D_12 = D_1 * D_2
-    D_rho = D_12 * rho
-    inv = 1.0 / (D_rho * ratio_b)  # one division for all
-    inv_ratio_b = inv * D_rho
-    inv_D_rho = inv * ratio_b
-    b_share = b.half_rho * (D_12 * inv_D_rho)
-    scale = 4.0 * a.half_rho * b_share
-    h_inv = h * rho * inv_D_rho
-    mu_1 = closing(N_1) * (D_2 * h_inv)
-    mu_2 = closing(N_2) * (D_1 * h_inv)
+    D_12, rho_ratio = D_1 * D_2, rho * ratio_b
+    inv = 1.0 / (D_12 * rho_ratio)  # one division for all
+    inv_rho_ratio = inv * D_12
+    inv_rho, inv_ratio_b = inv_rho_ratio * ratio_b, inv_rho_ratio * rho
+    h_inv = (h * rho_ratio) * inv
+    mu_1 = closing(N + tau_1 * N_hoop) * (D_2 * h_inv)
+    mu_2 = closing(N + tau_2 * N_hoop) * (D_1 * h_inv)
     alpha_c = a.half_alpha_c + b.half_alpha_c
-    P_1 = viscous_pressure(mu_1, alpha_c, scheme.beta, w_1 * scale)
-    P_2 = viscous_pressure(mu_2, alpha_c, scheme.beta, (1.0 - w_1) * scale)
-    P = P_1 + P_2
-    P_hoop = q * (tau_1 * P_1 + tau_2 * P_2)
-    mu = mu_2 + w_1 * (mu_1 - mu_2)
-    flow = heat_flow(a.zeta + b.zeta, 2.0 * scale, a.E, b.E)
+    P_1 = viscous_pressure(mu_1, alpha_c, scheme.beta)
+    P_2 = viscous_pressure(mu_2, alpha_c, scheme.beta)
+    P = mean(w_1, P_1, P_2)
+    P_hoop = mean(w_1 * tau_1, P_1, P_2)  # the weights times tau add up to 1 too
+    speed = mean(
+        w_1,
+        signal_speed(mu_1, alpha_c, scheme.beta),
+        signal_speed(mu_2, alpha_c, scheme.beta),
+    )
+    warming = N * P + N_hoop * P_hoop
+    warming += heat_flow(a.two_zeta + b.two_zeta, a.E, b.E)
+    scale = (4.0 * a.half_rho * b.half_rho) * inv_rho
+    scale_A0 = scale * A0
+    P, P_hoop = scale * P, scale * P_hoop
 
-    # Weights of a's stress and of b's.
+    # Weights of a's stress and of b's. In that of b, r_a s2 = A1 h2/(2 r_b).
     d_ratio = ratio_b - ratio_a
     theta_b = inv_ratio_b if lee2003 is not None or b.eta > 0.0 else 0.0
     w_a, w_b = 1.0 + theta_a * d_ratio, 1.0 - theta_b * d_ratio
-    stress_r = b.s_rr * x + b.s_tr * (a.r * s2) + b.s_rz * z_A1
+    stress_r = b.s_rr * x + A1 * (b.half_s_tr * h2_r + b.s_rz * dz)
     stress_z = b.s_zz * z_A0 + b.s_zr * y
-    h2_A0 = h2 * A0
     return (
-        (x, y, b.r * s2, z_A0, z_A1),
+        (x, y, A1 * h2, z_A0, q),
         w_a,
-        w_b * stress_r + A0 * (dr * P + b.r * P_hoop),
+        w_b * stress_r + dr_A0 * P + hoop * P_hoop,
         w_b * stress_z + z_A0 * P,
-        A0 * (P_1 * N_1 + P_2 * N_2 + flow),
-        h2_A0 * b_share * (alpha_c - scheme.beta * mu),
-        h2_A0 * b_eta,
+        scale_A0 * warming,
+        scale_A0 * h2 * speed,
+        h2 * A0 * b_eta,
     )
 
 
@@ -237,6 +242,7 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
         good; zero from the other.
     """
     place, motion, state, stress = buffer[0], buffer[1], buffer[2], buffer[3]
+    align_stack()
     root_a = 1.0 / np.sqrt(2.0 * a.r)
     half_inv_a = 0.5 / a.r
     if lee2003 is None:
@@ -258,11 +264,12 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
         dz = a.z - b.z
         d2 = dr * dr + dz * dz
         h = a.half_h + b.half_h
-        inv = 1.0 / (h * b.r)  # one division for both
-        inv_h = inv * b.r
-        inv_h2 = inv_h * inv_h
+        h2 = h * h
+        inv = 1.0 / (h2 * b.r)  # one division for both
+        inv_h2 = inv * b.r
         weight = b.V_F * (inv_h2 * inv_h2)
-        inv_xi = (h * h) * (half_inv_a * (inv * h))
+        h2_r = h2 * (inv * h2)
+        inv_xi = half_inv_a * h2_r
         if near_axis is None:
             nodes = far_nodes
             kernel = ring_averages_far(d2 * inv_h2, weight, root_a, inv_xi)
@@ -271,7 +278,7 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
             xi = 2.0 * a.r * b.r * inv_h2
             root_b = np.sqrt(b.r)
             kernel = ring_averages(
-                d2 * inv_h2, weight * root_b, root_a / root_b, inv_xi, xi, inv_h
+                d2 * inv_h2, weight * root_b, root_a / root_b, inv_xi, xi, h * inv_h2
             )
             near = near_nodes(kernel[3] if xi < XI_FAR else 0.0)
             nodes = (
@@ -280,7 +287,7 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
                 1.0 if scheme.printed else near[2],
             )
         averages, w_a, t_r, t_z, t_heat, t_damping, t_crowding = pair_terms(
-            a, b, kernel, nodes, dr, dz, d2, h, theta_a, scheme, lee2003
+            a, b, kernel, nodes, dr, dz, d2, h, h2_r, theta_a, scheme, lee2003
         )
         own = added(own, gradient_terms(a, b, w_a, averages, dz))
         if lee2003 is not None:
@@ -306,12 +313,15 @@ def acceleration(sums, a):
 
 
 @njit(**EXACT)
-def heating(sums, a):
-    """Return dE/dt (R4, R6): the work of a's own stress, viscosity and heat [W/kg]."""
-    M_rr, M_tt, M_rz, M_zr, M_zz = velocity_gradient(sums.stress, a)
+def heating(sums, M, a):
+    """Return dE/dt (R4, R6): the work of a's own stress, viscosity and heat [W/kg].
+
+    `M` is the velocity gradient with the weights of that stress.
+    """
+    M_rr, M_tt, M_rz, M_zr, M_zz = M
     work = (
         a.s_rr * (M_rr + M_tt)
-        + a.s_tr * M_tt
+        + 2.0 * a.half_s_tr * M_tt
         + a.s_rz * M_rz
         + a.s_zr * M_zr
         + a.s_zz * M_zz

@@ -53,7 +53,7 @@ def calm_particles(records):
             ring.u_r == 0.0
             and ring.E == 0.0
             and ring.s_rr == 0.0
-            and ring.s_tr == 0.0
+            and ring.half_s_tr == 0.0
             and ring.s_zz == 0.0
             and ring.s_rz == 0.0
         )

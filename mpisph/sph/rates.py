@@ -59,6 +59,7 @@ gives its particle too large a volume, hence too large a divergence, and runs aw
 def _write_rates(sums, a, sources, k, G, scheme, crowding, rates, correction):
     """Write the rates of particle `k`, return its velocity divergence."""
     L = velocity_gradient(sums.continuity, a)
+    M = velocity_gradient(sums.stress, a) if scheme.lee2003 else L
     B = (sources.B_rr[k], sources.B_tt[k], sources.B_rz[k], sources.B_zz[k])
     D = corrected(L, B)
     div, hoop = D[0] + D[1] + D[4], D[1]
@@ -74,7 +75,7 @@ def _write_rates(sums, a, sources, k, G, scheme, crowding, rates, correction):
     )  # fmt: skip
     rates[RATE.du_r, k], rates[RATE.du_z, k] = acceleration(sums, a)
     rates[RATE.drho, k] = -sources.rho[k] * div
-    rates[RATE.dE, k] = heating(sums, a)
+    rates[RATE.dE, k] = heating(sums, M, a)
     rates[RATE.dS_rr, k] = dS_rr
     rates[RATE.dS_zz, k] = dS_zz
     rates[RATE.dS_rz, k] = dS_rz
@@ -162,7 +163,7 @@ def _update_rates(
             near_axis = close > 0.0
         if near_axis:
             sums, _ = pair_sums(a, buffer, padded, scheme, True, lee2003)
-        damping[k] = -sums.damping
+        damping[k] = -0.25 / a.half_rho * sums.damping
         crowding[k] = -0.5 * sums.crowding / abs(a.eta)
         div[k] = _write_rates(
             sums, a, sources, k, G[k], scheme, crowding[k], rates, correction

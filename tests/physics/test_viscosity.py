@@ -12,6 +12,7 @@ from mpisph.physics.viscosity import (
     closing,
     hoop_approach,
     near_nodes,
+    signal_speed,
     viscous_pressure,
 )
 
@@ -118,23 +119,27 @@ def test_near_nodes_r5_lie_on_the_ring():
 def test_viscosity_r5_is_zero_for_receding_points(N):
     assert closing(N) == 0.0
     assert closing(-N) == -N
-    assert viscous_pressure(0.0, 2.5 * 5e3, 1.5, 1.0 / 2.7e3) == 0.0
+    assert viscous_pressure(0.0, 2.5 * 5e3, 1.5) == 0.0
 
 
 def test_viscous_pressure_r5_of_approaching_points():
-    got = viscous_pressure(-420.0, 2.5 * 5350.0, 1.5, 1.0 / 2710.0)
-    want = (2.5 * 5350.0 * 420.0 + 1.5 * 420.0**2) / 2710.0
-    assert got == approx(want, rel=1e-14)
-    assert viscous_pressure(-420.0, 0.0, 0.0, 1.0 / 2710.0) == 0.0
+    got = viscous_pressure(-420.0, 2.5 * 5350.0, 1.5)
+    assert got == approx(2.5 * 5350.0 * 420.0 + 1.5 * 420.0**2, rel=1e-14)
+    assert viscous_pressure(-420.0, 0.0, 0.0) == 0.0
+
+
+def test_signal_speed_r5_grows_with_the_approach():
+    assert signal_speed(0.0, 2.5 * 5350.0, 1.5) == 2.5 * 5350.0
+    assert signal_speed(-420.0, 2.5 * 5350.0, 1.5) == 2.5 * 5350.0 + 1.5 * 420.0
 
 
 def test_viscosity_r5_does_not_hide_what_is_not_a_number():
     assert np.isnan(closing(np.nan))
-    assert np.isnan(viscous_pressure(np.nan, 2.5 * 5e3, 1.5, 1.0 / 2.7e3))
+    assert np.isnan(viscous_pressure(np.nan, 2.5 * 5e3, 1.5))
 
 
 @given(
     mu=st.floats(-1e9, 0.0), alpha=st.floats(0.0, 10.0), beta=st.floats(0.0, 10.0)
 )  # fmt: skip
 def test_viscous_pressure_r5_only_ever_resists(mu, alpha, beta):
-    assert viscous_pressure(mu, alpha * 5e3, beta, 1.0 / 2.7e3) >= 0.0
+    assert viscous_pressure(mu, alpha * 5e3, beta) >= 0.0

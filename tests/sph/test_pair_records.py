@@ -46,9 +46,9 @@ def test_records_follow_the_fields_of_the_record():
         "V_F": -2.0 * s.m / s.rho / s.r**0.5,
         "eta": np.where(s.div < 0, 1.0, -1.0) * s.rho / 2710.0,
         "half_alpha_c": 0.5 * 2.5 * c,
-        "zeta": 0.5 * s.h * c + 1.0 * s.h**2 * closing,
+        "two_zeta": s.h * c + 2.0 * s.h**2 * closing,
         "s_rr": (P - s.S_rr) * s.B_rr - s.S_rz * s.B_rz,
-        "s_tr": s_tt - ((P - s.S_rr) * s.B_rr - s.S_rz * s.B_rz),
+        "half_s_tr": 0.5 * (s_tt - (P - s.S_rr) * s.B_rr + s.S_rz * s.B_rz),
         "s_zz": (P - s.S_zz) * s.B_zz - s.S_rz * s.B_rz,
         "s_rz": (P - s.S_rr) * s.B_rz - s.S_rz * s.B_zz,
         "s_zr": (P - s.S_zz) * s.B_rz - s.S_rz * s.B_rr,
@@ -59,4 +59,4 @@ def test_records_follow_the_fields_of_the_record():
         np.testing.assert_allclose(got, want, rtol=1e-14, atol=1e-14 * scale)
     third = record_at(records, 3)
     assert third == tuple(records[3])
-    assert third.zeta == ring.zeta[3]
+    assert third.two_zeta == ring.two_zeta[3]
