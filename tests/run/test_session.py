@@ -71,7 +71,8 @@ def test_a_stopped_run_continues_with_the_same_bits(settings, mpi_tmp_path):
         part = world.Split(0 if world.rank < size else 1, world.rank)
         if world.rank < size:
             last = k == len(sizes)
-            result = resume(part, stopped, signals=None if last else StopAt(8))
+            soon = StopAt(1 + whole.step // 6)
+            result = resume(part, stopped, signals=None if last else soon)
             if result.status != ("completed" if last else "stopped"):
                 problems.append(result.status)
         part.Free()
