@@ -211,7 +211,7 @@ def test_stopped_by_the_wall_time_limit_and_resumed(tmp_path, uninterrupted):
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1])
 def test_a_signal_to_the_launcher_stops_the_run(number, tmp_path):
     folder = tmp_path / "run"
-    launcher = begin_and_wait(folder, 2, *RUN, folder, **{PATIENCE: "3"})
+    launcher = begin_and_wait(folder, 2, *RUN, folder, **{PATIENCE: "2"})
     launcher.send_signal(number)
     launcher.communicate(timeout=30)
     # Open MPI's launcher, told to end, returns 1 whatever its ranks return.
