@@ -44,7 +44,7 @@ def warm_up(comm: MPI.Intracomm, forms: Collection[str] = PAIR_FORMS) -> None:
     comm : MPI.Intracomm
         Collective over it.
     forms : collection of str, optional
-        Pair forms of the runs; each is half of the work.
+        Pair forms of the runs. With both, it takes a sixth longer than with one.
     """
     at_hand = np.array([is_compiled(form) for form in forms])
     comm.Allreduce(MPI.IN_PLACE, at_hand, MPI.LAND)
