@@ -34,7 +34,7 @@ def differences(folder, reference):
 
 def assert_same(folder, reference):
     """Check that two runs have computed the same, and left the same files."""
-    assert not differences(folder, reference)
+    assert differences(folder, reference) == []
     assert len(outcome(reference)["snapshots"]) > 2
     left = {path.name for path in folder.rglob("*")}
     assert left == {path.name for path in reference.rglob("*")}

@@ -20,6 +20,7 @@ from mpisph.bench.scenes import (
 )
 from mpisph.bench.startup import measure_start_up
 from mpisph.case import Case, load_case
+from mpisph.case.sections import PAIR_FORMS
 from mpisph.io.provenance import cpu_model, git_revision, versions
 from mpisph.parallel.collectives import from_root
 from mpisph.solver.start import start
@@ -89,7 +90,8 @@ def bench(
     title = _load(case_file, comm, options.npr).title
     _say(comm, console, "compiling where needed")
     warm_up(comm)
-    run_tiny_case()  # loads all compiled code: it is no memory of particles
+    for form in PAIR_FORMS:  # loads all compiled code: it is no memory of particles
+        run_tiny_case(form)
     reset_peak()
     idle_memory = peak_memory()
     measurements: list[Measurement] = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import AfterValidator, Field, Strict
 
@@ -44,6 +44,10 @@ __all__ = [
     "TimeStepping",
     "Viscosity",
 ]
+
+
+PairForm = Literal["consistent", "lee2003"]
+PAIR_FORMS: tuple[PairForm, ...] = get_args(PairForm)
 
 
 class Resolution(FrozenModel):
@@ -125,7 +129,7 @@ class Scheme(FrozenModel):
 
     self_term: Flag = True
     """Whether a ring interacts with itself (R1)."""
-    pair_form: Literal["consistent", "lee2003"] = "consistent"
+    pair_form: PairForm = "consistent"
     """Forces that match the continuity equation, or those of eqs (5), (6) (R3, R4)."""
     kappa: Annotated[float, Field(gt=1, le=4), Quantity("")] = 3.0
     """Cut-off radius of the kernel over the smoothing length (R1)."""

@@ -168,7 +168,10 @@ def cache_show_command() -> None:
 
 
 def _say_cache() -> None:
-    state = "compiled" if is_compiled() else "not compiled yet"
+    from mpisph.case.sections import PAIR_FORMS
+
+    found = [form for form in PAIR_FORMS if is_compiled(form)]
+    state = f"compiled for {' and '.join(found)}" if found else "not compiled yet"
     click.echo(f"{CACHE_FOLDER}: {state}, {cache_size() / 1e6:.1f} MB")
 
 

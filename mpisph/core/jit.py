@@ -119,13 +119,13 @@ def source_stamp() -> str:
     return digest.hexdigest()[:DIGITS]
 
 
-def is_compiled() -> bool:
-    """Say whether the cache folder holds all that a run calls, for these sources."""
-    return _mark(CACHE_FOLDER).exists()
+def is_compiled(form: str) -> bool:
+    """Say whether the cache folder holds all that a run with a pair form calls."""
+    return _mark(CACHE_FOLDER, form).exists()
 
 
-def mark_compiled() -> None:
-    """Take down that the cache folder holds all that a run calls, and its digests."""
+def mark_compiled(form: str) -> None:
+    """Take down that the cache folder holds all that such a run calls, and digests."""
     if numba.config.DISABLE_JIT:
         return
     contents = {name: _content(path) for name, path in _compiled(CACHE_FOLDER).items()}
@@ -133,7 +133,7 @@ def mark_compiled() -> None:
     part = tempfile.NamedTemporaryFile("w", dir=CACHE_FOLDER, delete=False)
     with part as file:
         json.dump(sums, file)
-    Path(part.name).replace(_mark(CACHE_FOLDER))
+    Path(part.name).replace(_mark(CACHE_FOLDER, form))
 
 
 def remove_damaged(folder: Path) -> list[Path]:
@@ -157,8 +157,10 @@ def remove_damaged(folder: Path) -> list[Path]:
     OSError
         If one cannot be removed.
     """
-    mark, found = _mark(folder), _compiled(folder)
-    known = _known_sums(mark)
+    marks, found = list(folder.glob(_mark(folder, "*").name)), _compiled(folder)
+    known: dict[str, int] = {}
+    for mark in marks:
+        known |= _known_sums(mark)
     damaged = []
     for name, path in found.items():
         content = _content(path)
@@ -168,7 +170,8 @@ def remove_damaged(folder: Path) -> list[Path]:
             damaged.append(path)
     removed = []
     if damaged or known.keys() - found.keys():
-        mark.unlink(missing_ok=True)  # what is missing is then compiled before a run
+        for mark in marks:  # what is missing is then compiled before a run
+            mark.unlink(missing_ok=True)
     for path in damaged:
         try:
             shutil.rmtree(path) if path.is_dir() else path.unlink()
@@ -223,8 +226,8 @@ def _known_sums(mark: Path) -> dict[str, int]:
     return found
 
 
-def _mark(folder: Path) -> Path:
-    return folder / f"complete-{source_stamp()}"
+def _mark(folder: Path, form: str) -> Path:
+    return folder / f"complete-{source_stamp()}-{form}"
 
 
 def cache_size() -> int:

@@ -9,14 +9,14 @@ each of these values may lie across two cache lines, which costs the loop a twen
 from typing import Any
 
 from llvmlite import ir
-from numba import types
+from numba import config, types
 from numba.extending import intrinsic
 
 CACHE_LINE = 64
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def align_stack(typingctx: Any) -> Any:
+def _align_stack(typingctx: Any) -> Any:
     """Align the stack of the function that this is called in, or inlined into."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -29,3 +29,7 @@ def align_stack(typingctx: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(), codegen
+
+
+align_stack = (lambda: None) if config.DISABLE_JIT else _align_stack
+"""The same, for interpreted code too, which has no such stack."""

@@ -306,7 +306,7 @@ class _Session:
                 self._say_beforehand(case, log)
             if not has_ended:
                 self._write_case(case)
-            self._compile(log)
+            self._compile(case, log)
             loaded = None
             if resuming:
                 loaded = load_last_state(case, self.comm, self.folder, self.say)
@@ -345,11 +345,12 @@ class _Session:
         path, text = self.folder / CASE_FILE, case.to_toml()
         on_root(self.comm, lambda: write_text(path, text))
 
-    def _compile(self, log: RunLog) -> None:
+    def _compile(self, case: Case, log: RunLog) -> None:
         begin = time.perf_counter()
-        if not is_compiled():
+        form = case.scheme.pair_form
+        if not is_compiled(form):
             self.say("compiling, once for this version: some 20 s")
-        warm_up(self.comm)
+        warm_up(self.comm, [form])
         log.say(f"compiled code at hand after {time.perf_counter() - begin:.2f} s")
 
     def _open_output(

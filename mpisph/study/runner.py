@@ -141,7 +141,7 @@ def run_study(
     folder = study_folder(root, study)
     on_root(comm, lambda: _keep_copy(study, folder))
     on_root(comm, lambda: keep_keys(study, root))
-    warm_up(comm)
+    warm_up(comm, sorted({case.case.scheme.pair_form for case in study.cases}))
     todo = from_root(comm, lambda: _to_do(study, root, part or Part()))
     groups = comm.size // ranks_per_case
     colour = min(comm.rank // ranks_per_case, groups - 1)

@@ -167,15 +167,15 @@ def test_the_stamp_follows_what_numba_looks_at(package, monkeypatch):
 
 def test_code_is_compiled_once_it_is_taken_down(tmp_path, monkeypatch):
     monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path)
-    assert not jit.is_compiled()
+    assert not jit.is_compiled("one")
     monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
-    jit.mark_compiled()
-    assert not jit.is_compiled(), "nothing was compiled"
+    jit.mark_compiled("one")
+    assert not jit.is_compiled("one"), "nothing was compiled"
     monkeypatch.setattr(numba.config, "DISABLE_JIT", 0)
-    jit.mark_compiled()
-    assert jit.is_compiled()
+    jit.mark_compiled("one")
+    assert jit.is_compiled("one")
     monkeypatch.setattr(jit, "source_stamp", lambda: "of other files")
-    assert not jit.is_compiled()
+    assert not jit.is_compiled("one")
 
 
 def test_clearing_removes_compiled_code_alone(tmp_path, monkeypatch):
@@ -205,7 +205,7 @@ def cache(tmp_path, monkeypatch):
     index = pickle.dumps("0.1") + pickle.dumps(("stamp", {"key": "a.1.nbc"}))
     (files / "a.nbi").write_bytes(index)
     (files / "a.1.nbc").write_bytes(code)
-    jit.mark_compiled()
+    jit.mark_compiled("one")
     (files / "b.nbi").write_bytes(index)
     (files / "b.1.nbc").write_bytes(code)
     return files
@@ -235,7 +235,7 @@ def test_what_is_damaged_is_removed_and_compiled_again(cache, name, damage):
     assert jit.remove_damaged(cache.parent) == [cache / name]
     assert not os.path.lexists(cache / name)
     assert len(list(cache.iterdir())) == 3
-    assert not jit.is_compiled()
+    assert not jit.is_compiled("one")
     assert jit.remove_damaged(cache.parent) == []
 
 
@@ -247,7 +247,15 @@ def test_a_single_bit_of_the_code_counts(cache):
 def test_a_file_that_is_missing_is_compiled_before_a_run(cache):
     (cache / "a.1.nbc").unlink()
     assert jit.remove_damaged(cache.parent) == []
-    assert not jit.is_compiled()
+    assert not jit.is_compiled("one")
+
+
+def test_both_pair_forms_are_compiled_again_where_one_is_damaged(cache):
+    jit.mark_compiled("other")
+    flip(cache / "a.1.nbc")
+    assert jit.remove_damaged(cache.parent) == [cache / "a.1.nbc"]
+    assert not jit.is_compiled("one")
+    assert not jit.is_compiled("other")
 
 
 def test_what_was_compiled_since_is_no_damage(cache):
@@ -255,7 +263,7 @@ def test_what_was_compiled_since_is_no_damage(cache):
     more = pickle.dumps("0.1") + pickle.dumps(("stamp", {"key": "a.2.nbc"}))
     (cache / "a.nbi").write_bytes(more)
     assert jit.remove_damaged(cache.parent) == []
-    assert jit.is_compiled()
+    assert jit.is_compiled("one")
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"[1]", b"\xff"])
@@ -263,7 +271,7 @@ def test_a_damaged_mark_is_none(cache, content):
     (mark,) = cache.parent.glob("complete-*")
     mark.write_bytes(content)
     assert jit.remove_damaged(cache.parent) == []
-    assert not jit.is_compiled()
+    assert not jit.is_compiled("one")
 
 
 def test_the_files_of_these_sources_are_looked_at():

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from oracles import approx
 
 from mpisph.physics.smoothing import (
@@ -49,7 +50,8 @@ def test_printed_r10_is_eq21_to_the_letter():
     assert rate(PRINTED) == approx(want, rel=1e-15)
     # A ring that flies alone shrinks as r^(-1/2): dh/dt = -h u_r/(2 r).
     assert rate(PRINTED, 0.0, 0.0) == approx(-H * U_R / (2.0 * R), rel=1e-15)
-    assert rate(PRINTED, r=0.0) == -math.inf
+    with np.errstate(divide="ignore"):  # where it is not compiled
+        assert rate(PRINTED, r=np.float64(0.0)) == -math.inf
 
 
 def test_all_agree_r10_on_plane_dilation_without_hoop_stretch():

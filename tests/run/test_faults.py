@@ -100,7 +100,11 @@ def gone(pids):
 
 
 def begin_and_wait(folder, ranks, *arguments, checkpoints=1, **more):
-    """Start a run, and return once it has written some checkpoints."""
+    """Start a run, and return once it has written some checkpoints.
+
+    Its steps take longer, so that it has not ended by then.
+    """
+    more["PYTHONPATH"] = str(slow_steps(folder.parent, seconds=0.01))
     launcher = begin(ranks, *arguments, **more)
     wait_until(
         lambda: (
@@ -207,7 +211,7 @@ def test_stopped_by_the_wall_time_limit_and_resumed(tmp_path, uninterrupted):
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1])
 def test_a_signal_to_the_launcher_stops_the_run(number, tmp_path):
     folder = tmp_path / "run"
-    launcher = begin_and_wait(folder, 2, *RUN, folder, **{PATIENCE: "1"})
+    launcher = begin_and_wait(folder, 2, *RUN, folder, **{PATIENCE: "2"})
     launcher.send_signal(number)
     launcher.communicate(timeout=30)
     # Open MPI's launcher, told to end, returns 1 whatever its ranks return.
@@ -356,8 +360,8 @@ def brief(tmp_path_factory):
         "mpisph.io.checkpoint:_header:6:0:before",
         "mpisph.io.checkpoint:_prune:5:0:before",
         # In the middle of a step, and in the global reduction.
-        "mpisph.solver.step:kick:150:1:after",
-        "mpisph.solver.step:global_reduction:60:1:before",
+        "mpisph.solver.step:kick:80:1:after",
+        "mpisph.solver.step:global_reduction:40:1:before",
         # At the very beginning and the very end.
         "mpisph.run.session:write_text:1:0:before",
         "mpisph.run.session:write_result:1:0:before",

@@ -71,7 +71,8 @@ def test_a_stopped_run_continues_with_the_same_bits(settings, mpi_tmp_path):
         part = world.Split(0 if world.rank < size else 1, world.rank)
         if world.rank < size:
             last = k == len(sizes)
-            result = resume(part, stopped, signals=None if last else StopAt(8))
+            soon = StopAt(1 + whole.step // 6)
+            result = resume(part, stopped, signals=None if last else soon)
             if result.status != ("completed" if last else "stopped"):
                 problems.append(result.status)
         part.Free()
@@ -85,7 +86,7 @@ def test_a_stopped_run_continues_with_the_same_bits(settings, mpi_tmp_path):
 def test_a_resumed_run_breaks_down_where_it_would_have(mpi_tmp_path):
     """The limit of the step counts from the very first one."""
     world = MPI.COMM_WORLD
-    case = short_case("limits.step_ratio_min=0.82")
+    case = short_case("limits.step_ratio_min=0.95")
     once = run(case, world, mpi_tmp_path / "once")
     folder = mpi_tmp_path / "stopped"
     run(case, world, folder, signals=StopAt(once.step // 2))

@@ -226,9 +226,9 @@ with signals.catching_signals(comm), signals.working_in(folder, status.fail):
 )
 def test_what_one_rank_meets_ends_all_with_one_message(how, which, text, tmp_path):
     program = FAILING.format(how=how, which=which)
-    begin = time.monotonic()
-    done = launch(3, sys.executable, "-c", program, tmp_path, **{PATIENCE: "1"})
-    assert time.monotonic() - begin < 10.0  # the start included
+    done = launch(
+        3, sys.executable, "-c", program, tmp_path, timeout=60, **{PATIENCE: "1"}
+    )
     assert done.returncode not in (0, 2, 3, 75)
     assert done.stderr.count("mpisph: ") == 1
     assert f"mpisph: {text}" in done.stderr

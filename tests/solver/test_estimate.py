@@ -11,7 +11,7 @@ from mpisph.case import load_case
 from mpisph.case.discretise import discretise
 from mpisph.core.errors import CaseError
 from mpisph.run.session import run
-from mpisph.solver.estimate import RANK_BYTES, check_memory, estimate
+from mpisph.solver.estimate import PARTICLE_BYTES, RANK_BYTES, check_memory, estimate
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 
@@ -96,8 +96,8 @@ def test_a_case_beyond_the_memory_is_refused_on_all_ranks(monkeypatch, overrides
     """All ranks are on one node here; the last one may use less than the others."""
     comm = MPI.COMM_WORLD
     case = load_case(SHOT, overrides)
-    # 792 bytes for each particle, on however many ranks.
-    needed = comm.size * RANK_BYTES + estimate(case, 1).particles * 792
+    # As much for each particle on however many ranks.
+    needed = comm.size * RANK_BYTES + estimate(case, 1).particles * PARTICLE_BYTES
     enough, short = round(1.05 * needed), round(0.95 * needed)
     monkeypatch.setattr("mpisph.solver.estimate.total_memory", lambda: enough)
     check_memory(case, comm)

@@ -6,8 +6,10 @@ import sys
 
 import pytest
 from launch import CASES, MPISPH, environment, launch
+from mpi4py import MPI
 
 from mpisph.case import load_case
+from mpisph.solver import warmup
 
 pytestmark = pytest.mark.slow
 
@@ -97,6 +99,20 @@ def test_damaged_code_is_compiled_again(cache, short_runs):
     assert done.stderr.count(f"was damaged; removed {code.name}") == 1
     assert done.stderr.count("compiling") == 1
     assert code.stat().st_size > 100
+
+
+def test_what_is_missing_of_the_forms_asked_for_is_compiled(monkeypatch):
+    marked, compiled = {"lee2003"}, []
+    monkeypatch.setattr(warmup, "is_compiled", marked.__contains__)
+    monkeypatch.setattr(warmup, "mark_compiled", marked.add)
+    monkeypatch.setattr(warmup, "run_tiny_case", compiled.append)
+    monkeypatch.setattr(warmup, "prune_cache", lambda: None)
+    warmup.warm_up(MPI.COMM_SELF, ["lee2003"])
+    assert compiled == []
+    warmup.warm_up(MPI.COMM_SELF)
+    assert compiled == ["consistent"]
+    warmup.warm_up(MPI.COMM_SELF)
+    assert compiled == ["consistent"]
 
 
 def compiled_files(folder):
