@@ -62,7 +62,7 @@ CASES = {
     "printed h": ({"n": 30, "seed": 16}, SCHEME._replace(smoothing=PRINTED), 400),
     "cut at 2 h": ({"n": 40, "seed": 12}, SCHEME._replace(kappa=2.0), 400),
     "two materials": ({"n": 40, "seed": 13, "n_materials": 2}, SCHEME, 400),
-    "gas on metal": ({"n": 60, "seed": 19, "n_materials": 2}, SCHEME, 400),
+    "gas on metal": ({"n": 60, "seed": 32, "n_materials": 2}, SCHEME, 400),
 }
 MATERIALS = {
     "clamped": (ALUMINIUM._replace(P_min=-1e8, P_min_mode="clamp"),),
