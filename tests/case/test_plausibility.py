@@ -135,6 +135,23 @@ def test_a_gas_needs_energy_and_a_density_within_the_limits(settings, warned):
     assert keys(case) == warned
 
 
+@pytest.mark.parametrize(
+    ("density", "time", "warned"),
+    [
+        (1.2, {}, ["time.cfl"]),
+        (1.2, {"cfl": 0.05}, []),
+        (1.2, {"dt": 1e-9}, []),
+        (10.0, {}, []),
+    ],
+)
+def test_a_light_gas_before_a_solid_needs_short_steps(density, time, warned):
+    sphere = body("sphere", position=-5e-3, velocity=5e3)
+    state = {"density": density, "energy": 2e5, "eos": "ideal-gas"}
+    gas = body("cylinder", material="gas", **state)
+    sections = {"materials": {"gas": GAS}, "time": {"end": 1e-6, **time}}
+    assert keys(case_of(sphere, gas, **sections)) == warned
+
+
 def test_a_gas_does_not_vibrate():
     scheme = {"eos": "ideal-gas", "viscosity": {"alpha": 0.1}}
     gas = body("cylinder", material="gas", energy=2e5)
@@ -228,6 +245,9 @@ def test_times_count_from_the_first_contact_only_where_the_run_begins_with_it(
     position, words
 ):
     sphere = body("sphere", position=position, velocity=5e3)
-    assert time_origin(case_of(sphere, body()).bodies) == words
-    away = {**sphere, "velocity": -5e3}
-    assert time_origin(case_of(away, body()).bodies) == "after the start"
+    case = case_of(sphere, body())
+    assert time_origin(case.bodies, case.boundary) == words
+    away = case_of({**sphere, "velocity": -5e3}, body())
+    assert time_origin(away.bodies, away.boundary) == "after the start"
+    alone = case_of(sphere, boundary={"z_max": 0.0})
+    assert time_origin(alone.bodies, alone.boundary) == words
