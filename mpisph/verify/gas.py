@@ -10,10 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from mpisph.case import case_from_dict
-from mpisph.case.discretise import discretise
 from mpisph.verify.exact.riemann import GasState
 from mpisph.verify.problem import Setup
 
@@ -37,7 +34,8 @@ class GasBody(NamedTuple):
     Attributes
     ----------
     shape : mapping
-        The body as in a case, without name, velocity and material.
+        The body as in a case, without name and material. What it says itself, such as
+        its `energy`, counts instead of the state's.
     state : GasState
         In km/s and MPa; its velocity is along z.
     """
@@ -76,10 +74,11 @@ def gas_setup(
         "title": title,
         "bodies": [
             {
+                "velocity": KM_S * body.state.u,
+                "energy": MPA * body.state.P / ((gamma - 1.0) * body.state.rho),
                 **body.shape,
                 "name": f"gas-{k}",
                 "material": f"gas-{k}",
-                "velocity": KM_S * body.state.u,
             }
             for k, body in enumerate(bodies)
         ],
@@ -98,11 +97,7 @@ def gas_setup(
     }
     for key, section in sections.items():
         data[key] = {**data.get(key, {}), **section}
-    case = case_from_dict(data)
-    fields = discretise(case).fields()
-    energy = [MPA * b.state.P / ((gamma - 1.0) * b.state.rho) for b in bodies]
-    fields["E"] = np.array(energy)[fields["body"]]
-    return Setup(label, case, fields)
+    return Setup(label, case_from_dict(data))
 
 
 def _matter(state: GasState, gamma: float) -> dict[str, Any]:

@@ -1,24 +1,18 @@
 """Noh's problem of gas that streams to a plane, an axis or a point.
 
-The plane is met by two ends of a wide rod, the axis by a long one: the rarefactions
+Two wide rods meet in the plane, and a long one streams to its axis: the rarefactions
 from their other surfaces do not come to what is looked at.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from mpisph.figures.style import Out
 from mpisph.verify.exact.noh import noh, noh_shock
-from mpisph.verify.exact.riemann import GasState
-from mpisph.verify.gas import (
-    KM_S,
-    SHOCK_PLACE,
-    GasBody,
-    gas_setup,
-)
+from mpisph.verify.gas import SHOCK_PLACE, GasBody, gas_setup
 from mpisph.verify.plots import Panel, draw_panels
 from mpisph.verify.problem import (
     Array,
@@ -62,8 +56,8 @@ class Stream(NamedTuple):
     name, title : str
     dimensions : int
         1 for the plane, 2 for the axis, 3 for the point.
-    shape : mapping
-        The gas at the start, as a body of a case without its name.
+    bodies : sequence of GasBody
+        The gas at the start; its density and its speed are 1.
     look : float
         Radius (plane) or axial distance (axis) within which it is looked at [m].
     """
@@ -71,7 +65,7 @@ class Stream(NamedTuple):
     name: str
     title: str
     dimensions: int
-    shape: Mapping[str, Any]
+    bodies: Sequence[GasBody]
     look: float
 
 
@@ -93,22 +87,15 @@ def _setups(stream: Stream, quick: bool) -> list[Setup]:
 
 
 def _setup(stream: Stream, n: int) -> Setup:
-    made = gas_setup(
+    return gas_setup(
         f"1/{n}",
         f"{stream.title}, dx = 1/{n}",
-        [GasBody(stream.shape, GasState(1.0, 0.0, 0.0))],
+        stream.bodies,
         1.0 / n,
         [END],
         GAMMA,
         scheme={"viscosity": {"alpha": 1.0, "beta": BETA}},
     )
-    assert made.particles is not None
-    fields = dict(made.particles)
-    r, z = fields["r"], fields["z"]
-    distance = _distance(stream, r, z)
-    fields["u_r"] = -KM_S * r / distance if stream.dimensions > 1 else 0.0 * r
-    fields["u_z"] = -KM_S * z / distance if stream.dimensions != 2 else 0.0 * z
-    return made._replace(particles=fields)
 
 
 def _distance(stream: Stream, r: Array, z: Array) -> Array:

@@ -308,16 +308,6 @@ def test_verney(lattice):
     verney.PROBLEM.draw([Solved(f"{lattice}, 6 cm", run)], BytesIO())
 
 
-def test_a_polar_shell_has_the_mass_of_the_shell():
-    shell = verney._SHELL
-    fields = verney.polar_shell(shell, 2e-3)
-    volume = 4 / 3 * math.pi * (shell.outer**3 - shell.inner**3)
-    assert fields["m"].sum() == pytest.approx(shell.density * volume)
-    # Sections are nearly squares of the spacing, off the axis.
-    area = fields["m"] / (2 * math.pi * fields["r"] * shell.density)
-    assert area[fields["r"] > 4e-3] == pytest.approx(4e-6, rel=0.03)
-
-
 def test_zeros_lie_between_their_neighbours():
     times = np.array([0.0, 1.0, 2.0, 3.0])
     assert zero_crossings(times, np.array([1, -1, -3, 1.0])) == [0.5, 2.75]

@@ -4,14 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mpisph.case.discretise import discretise
 from mpisph.figures.style import Out
 from mpisph.verify.exact.riemann import GasState
 from mpisph.verify.exact.sedov import sedov
-from mpisph.verify.gas import (
-    KM_S,
-    GasBody,
-    gas_setup,
-)
+from mpisph.verify.gas import KM_S, GasBody, gas_setup
 from mpisph.verify.plots import Panel, draw_panels
 from mpisph.verify.problem import (
     Array,
@@ -52,8 +49,16 @@ def _setups(quick: bool) -> list[Setup]:
 
 
 def _setup(n: int) -> Setup:
-    ball = {"shape": "sphere", "radius": 1.0}
-    made = gas_setup(
+    # Such that the sum over the particles is that of the solution.
+    start = discretise(_ball(n, 1.0).case).fields()
+    return _ball(n, SOLUTION.energy(FRONT, END) * KM_S**2 / (start["m"] @ start["E"]))
+
+
+def _ball(n: int, energy: float) -> Setup:
+    """Return a run with a specific energy in the middle [J/kg]."""
+    heat = f"{energy} * exp(-(s / {SOURCE})**2)"
+    ball = {"shape": "sphere", "radius": 1.0, "energy": heat}
+    return gas_setup(
         f"1/{n}",
         f"Sedov explosion, dx = 1/{n}",
         [GasBody(ball, GasState(1.0, 0.0, 0.0))],
@@ -61,12 +66,6 @@ def _setup(n: int) -> Setup:
         [END],
         GAMMA,
     )
-    assert made.particles is not None
-    fields = dict(made.particles)
-    share = np.exp(-((_distance(fields) / SOURCE) ** 2))
-    energy = SOLUTION.energy(FRONT, END) * KM_S**2
-    fields["E"] = energy * share / (fields["m"] * share).sum()
-    return made._replace(particles=fields)
 
 
 def _distance(fields: dict[str, Array]) -> Array:

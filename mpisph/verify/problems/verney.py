@@ -6,12 +6,10 @@ kept, so that the steps of a square lattice do not count as error.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
-from mpisph.case import Case, case_from_dict
-from mpisph.case.discretise import discretise
+from mpisph.case import case_from_dict
 from mpisph.figures.style import Out
 from mpisph.verify.exact.shell import (
     Shell,
@@ -52,66 +50,31 @@ def _setups(quick: bool) -> list[Setup]:
 
 
 def _setup(lattice: str, stop: float, spacing: float) -> Setup:
-    case = _case(spacing, stopping_time(_SHELL, stop))
-    if lattice == "square":
-        start = discretise(case).fields()
-    else:
-        start = polar_shell(_SHELL, spacing)
-    s = np.hypot(start["r"], start["z"])
-    u = starting_velocity(_SHELL, stop) * (_SHELL.inner / s) ** 2
-    start["u_r"], start["u_z"] = -u * start["r"] / s, -u * start["z"] / s
-    return Setup(f"{lattice}, {100 * stop:g} cm", case, start)
-
-
-def _case(spacing: float, end: float) -> Case:
-    return case_from_dict(
+    speed = starting_velocity(_SHELL, stop)
+    shell = {
+        "name": "shell",
+        "shape": "spherical_shell",
+        "inner_radius": _SHELL.inner,
+        "outer_radius": _SHELL.outer,
+        "filling": lattice,
+        "material": "beryllium",
+        "radial_velocity": f"-{speed} * ({_SHELL.inner} / s)**2",
+    }
+    case = case_from_dict(
         {
             "title": "Verney's shell",
-            "bodies": [
-                {
-                    "name": "shell",
-                    "shape": "spherical_shell",
-                    "inner_radius": _SHELL.inner,
-                    "outer_radius": _SHELL.outer,
-                    "material": "beryllium",
-                    "velocity": 0.0,
-                }
-            ],
+            "bodies": [shell],
             "materials": {"beryllium": _MATERIAL},
             "resolution": {"spacing": spacing, "nph": 1.5},
             "scheme": {
                 "viscosity": {"alpha": 0.1, "beta": 0.1},
                 "heat": {"enabled": False},
             },
-            "time": {"end": end},
+            "time": {"end": stopping_time(_SHELL, stop)},
             "output": {"figures": False},
         }
     )
-
-
-def polar_shell(shell: Shell, spacing: float) -> dict[str, Array]:
-    """Return particles at rest in layers of equal thickness, evenly along each.
-
-    Parameters
-    ----------
-    shell : Shell
-    spacing : float
-        Of the particles, nearly [m].
-    """
-    count = round((shell.outer - shell.inner) / spacing)
-    edges = np.linspace(shell.inner, shell.outer, count + 1)
-    parts = []
-    for low, high in pairwise(edges):
-        s = 0.5 * (low + high)
-        angles = np.linspace(0.0, np.pi, round(np.pi * s / spacing) + 1)
-        middle = 0.5 * (angles[:-1] + angles[1:])
-        share = -np.diff(np.cos(angles))
-        mass = 2.0 / 3.0 * np.pi * shell.density * (high**3 - low**3) * share
-        parts.append((mass, s * np.sin(middle), s * np.cos(middle)))
-    m, r, z = (np.concatenate(each) for each in zip(*parts, strict=True))
-    # As of every lattice: the ring stands for the mean of its section.
-    r = r + spacing**2 / (24.0 * r)
-    return {"body": np.zeros(m.size, dtype=np.int64), "m": m, "r": r, "z": z}
+    return Setup(f"{lattice}, {100 * stop:g} cm", case)
 
 
 def _surface(solved: Solved, inner: bool) -> tuple[Array, Array]:
