@@ -269,7 +269,14 @@ def _warn_of_light_gas(case: Case) -> Iterator[str]:
 
 
 def _warn_of_gauges(case: Case) -> Iterator[str]:
-    """Warn of moving gauges that do not begin in matter."""
+    """Warn of gauges behind a plane, and of moving ones that do not begin in matter."""
+    low, high = case.boundary.planes
+    for gauge in case.gauges:
+        if not low <= gauge.z <= high:
+            yield (
+                f"gauges.{gauge.name}.z: {gauge.z:g} m is behind a rigid plane "
+                f"(boundary), where no matter ever comes"
+            )
     if case.initial is not None:
         return
     for gauge in case.gauges:

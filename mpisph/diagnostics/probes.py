@@ -5,13 +5,14 @@ and what a moving gauge reads belongs to one particle.
 """
 
 from collections.abc import Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 
-from mpisph.case.sections import Gauge
+from mpisph.case.sections import Boundary, Gauge
 from mpisph.core.particles import FloatArray, IntArray, Particles
 from mpisph.diagnostics.series import ROOM, Quantity, Scales, column_name
 from mpisph.parallel.reproducible_sum import CHUNKS, fixed_point_chunks, from_chunks
@@ -44,6 +45,8 @@ _FIELDS = tuple(quantity.name for quantity in GAUGE_QUANTITIES)
 _SAMPLED = _FIELDS[2:]
 _ODD = np.array([-1.0 if name in {"u_r", "S_rz"} else 1.0 for name in _SAMPLED])
 # What changes its sign on the other side of the axis.
+_ODD_IN_Z = np.array([-1.0 if name in {"u_z", "S_rz"} else 1.0 for name in _SAMPLED])
+# What changes its sign behind a rigid plane.
 
 _BODY_SUMS = len(BODY_QUANTITIES) - 1
 
@@ -101,6 +104,7 @@ def read_probes(
     followed: dict[str, int],
     scales: Scales,
     kappa: float,
+    boundary: Boundary,
 ) -> ProbeValues:
     """Read all probes; collective.
 
@@ -117,6 +121,8 @@ def read_probes(
     scales : Scales
     kappa : float
         Cut of the kernel in smoothing lengths.
+    boundary : Boundary
+        Planes, behind which fixed gauges see mirror images of the matter.
     """
     fixed = [gauge for gauge in gauges if gauge.kind == "fixed"]
     moving = [gauge for gauge in gauges if gauge.kind == "moving"]
@@ -125,7 +131,10 @@ def read_probes(
     sums = np.concatenate(
         [
             *(_body_sums(p, k, bounds) for k in range(len(peaks))),
-            *(fixed_point_chunks(_weighted(p, g, kappa), at_gauges) for g in fixed),
+            *(
+                fixed_point_chunks(_weighted(p, g, kappa, boundary), at_gauges)
+                for g in fixed
+            ),
         ]
     )
     comm.Allreduce(MPI.IN_PLACE, sums, MPI.SUM)
@@ -171,26 +180,36 @@ def _body_sums(p: Particles, body: int, bounds: FloatArray) -> IntArray:
     return fixed_point_chunks(np.stack([m, m * u_z, m * u_r, kinetic, m * E]), bounds)
 
 
-def _weighted(p: Particles, gauge: Gauge, kappa: float) -> FloatArray:
+def _weighted(
+    p: Particles, gauge: Gauge, kappa: float, boundary: Boundary
+) -> FloatArray:
     """Return weights at a place, and weighted values, of the particles that reach it.
 
     The weight is the particle's area in the r-z plane times a Gaussian of its smoothing
-    length; what lies on the other side of the axis counts too.
+    length; what lies on the other side of the axis counts too, and behind a plane the
+    images. Behind a plane itself there is no matter.
 
     Returns
     -------
     ndarray, shape (1 + sampled, terms)
     """
     parts: list[npt.NDArray[np.float64]] = []
-    for side in (1.0, -1.0):
-        squared = (side * p.r - gauge.r) ** 2 + (p.z - gauge.z) ** 2
+    low, high = boundary.planes
+    images = [(p.z, np.ones(len(_SAMPLED)))] if low <= gauge.z <= high else []
+    for plane in boundary.planes if images else ():
+        if np.isfinite(plane):
+            images.append((2.0 * plane - p.z, _ODD_IN_Z))
+    for side, (z, mirrored) in product((1.0, -1.0), images):
+        squared = (side * p.r - gauge.r) ** 2 + (z - gauge.z) ** 2
         near = np.flatnonzero(squared < (kappa * p.h) ** 2)
         h, r = p.h[near], p.r[near]
         area = p.m[near] / (2.0 * np.pi * r * p.rho[near])
         weight = area * np.exp(-squared[near] / h**2) / (np.pi * h**2)
-        signs = _ODD if side < 0.0 else np.ones(len(_SAMPLED))
+        signs = mirrored * (_ODD if side < 0.0 else 1.0)
         values = [s * getattr(p, n)[near] for s, n in zip(signs, _SAMPLED, strict=True)]
         parts.append(np.stack([weight, *(weight * value for value in values)]))
+    if not parts:
+        return np.zeros((1 + len(_SAMPLED), 0))
     return np.ascontiguousarray(np.concatenate(parts, axis=1))
 
 

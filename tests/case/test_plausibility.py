@@ -189,6 +189,13 @@ def test_a_plane_may_be_hit_like_a_body(velocity, planes, warned):
     assert keys(case_of(body("cylinder", velocity=velocity), boundary=planes)) == warned
 
 
+def test_a_gauge_behind_a_plane():
+    rod = body("cylinder", velocity=-4e3)
+    gauges = [{"name": "on", "z": 0.0}, {"name": "behind", "z": -1e-3}]
+    case = case_of(rod, boundary={"z_min": 0.0}, gauges=gauges)
+    assert keys(case) == ["gauges.behind.z"]
+
+
 def test_a_radial_velocity_in_a_wrong_unit():
     rod = body("cylinder", radial_velocity=5e5)
     assert keys(case_of(rod)) == ["bodies.cylinder.radial_velocity"]

@@ -10,7 +10,7 @@ from oracles import agree, bits
 
 from mpisph.case import load_case
 from mpisph.case.discretise import discretise
-from mpisph.case.sections import Gauge
+from mpisph.case.sections import Boundary, Gauge
 from mpisph.core.particles import Particles
 from mpisph.diagnostics.probes import (
     BODY_QUANTITIES,
@@ -50,11 +50,12 @@ def matter():
     return p
 
 
-def read(comm, p, gauges=GAUGES):
+def read(comm, p, gauges=GAUGES, boundary=CASE.boundary):
     peaks = np.full(2, -np.inf)
     note_peaks(p, peaks)
     followed = nearest_particles(comm, p, gauges)
-    return read_probes(comm, p, peaks, gauges, followed, SCALES, CASE.scheme.kappa)
+    kappa = CASE.scheme.kappa
+    return read_probes(comm, p, peaks, gauges, followed, SCALES, kappa, boundary)
 
 
 def at(values, name):
@@ -104,6 +105,22 @@ def test_on_the_axis_the_other_side_counts():
     assert 1e9 < found["P"] < 1.2e9  # the sphere touches there
 
 
+def test_at_a_plane_the_images_count():
+    """The matter stands still across the plane, and is covered wholly."""
+    p = matter()
+    p.u_z[:] = 100.0
+    gauges = [Gauge(name="wall", z=0.0, r=10e-3), Gauge(name="behind", z=-1e-6, r=0.01)]
+    behind_sphere = p.z >= 0.0
+    p.h[~behind_sphere] = 1e-9  # it lies behind the plane
+    free = read(SELF, p, gauges).gauges[0]
+    wall, behind = read(SELF, p, gauges, Boundary(z_min=0.0)).gauges
+    u_z, rho = (list(q.name for q in GAUGE_QUANTITIES).index(n) for n in ("u_z", "rho"))
+    assert free[u_z] == pytest.approx(100.0)
+    assert abs(wall[u_z]) < 1e-9
+    assert wall[rho] == pytest.approx(free[rho])
+    assert np.isnan(behind[u_z])
+
+
 def test_where_there_is_no_matter_there_is_no_number():
     found = at(read(SELF, matter()), "void")
     assert (found["z"], found["r"]) == (30e-3, 0.0)
@@ -120,7 +137,7 @@ def test_a_moving_gauge_reads_its_particle_wherever_that_is():
     assert p.body[np.flatnonzero(p.id == followed["first"])] == 0
     p.z[k], p.P[k] = 0.7, -3.25
     peaks = np.zeros(2)
-    values = read_probes(SELF, p, peaks, GAUGES, followed, SCALES, 3.0)
+    values = read_probes(SELF, p, peaks, GAUGES, followed, SCALES, 3.0, CASE.boundary)
     found = at(values, "tracer")
     assert (found["z"], found["P"], found["r"]) == (0.7, -3.25, p.r[k])
 

@@ -176,7 +176,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
 
 PROBLEM = Problem(
     "contact",
-    "copper on aluminium at 3 km/s: the contact of two materials",
+    "Copper on aluminium at 3 km/s: the contact of two materials",
     "impedance matching by the Rankine-Hugoniot conditions with the equations of state "
     "as programmed (Davison, Fundamentals of Shock Wave Propagation in Solids, 2008)",
     _setups,

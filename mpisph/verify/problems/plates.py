@@ -193,7 +193,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
 
 PROBLEM = Problem(
     "plates",
-    "symmetric impact of aluminium plates: the state behind the shock",
+    "Symmetric impact of aluminium plates: the state behind the shock",
     "Rankine-Hugoniot conditions with the equation of state as programmed; "
     "U_s = c0 + s u of Steinberg, UCRL-MA-106439 (1996)",
     _setups,

@@ -153,7 +153,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
 
 PROBLEM = Problem(
     "precursor",
-    "elastic precursor and plastic wave in aluminium",
+    "Elastic precursor and plastic wave in aluminium",
     "Rankine-Hugoniot conditions of an elastic, perfectly plastic solid with the "
     "equation of state as programmed: limit close to Y (K + 4 G/3)/(2 G), precursor at "
     "sqrt((K + 4 G/3)/rho) (Davison, Fundamentals of Shock Wave Propagation in Solids, "

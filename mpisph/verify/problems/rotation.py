@@ -116,7 +116,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
 
 PROBLEM = Problem(
     "rotation",
-    "objectivity: the stresses of a rotating cylinder turn with it",
+    "Objectivity: the stresses of a rotating cylinder turn with it",
     "Timoshenko and Goodier, Theory of Elasticity (1970), section 32, in plane strain",
     _setups,
     _check,

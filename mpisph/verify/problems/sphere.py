@@ -122,7 +122,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
 
 PROBLEM = Problem(
     "sphere",
-    "free vibration of an elastic sphere in its lowest radial mode",
+    "Free vibration of an elastic sphere in its lowest radial mode",
     "Love, Mathematical Theory of Elasticity (1927), section 196",
     _setups,
     _check,

@@ -98,7 +98,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
 
 PROBLEM = Problem(
     "spin",
-    "an elastic section that spins goes on",
+    "An elastic section that spins goes on",
     "balance of angular momentum of a section that bends a ring, a pendulum: "
     "phi'' = -E/(2 rho R^2) sin phi",
     _setups,

@@ -157,7 +157,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
 
 PROBLEM = Problem(
     "tension",
-    "an elastic bar under tension vibrates, and its particles do not clump",
+    "An elastic bar under tension vibrates, and its particles do not clump",
     "d'Alembert's solution for a free bar (Timoshenko and Goodier, Theory of "
     "Elasticity, 1970, section 160), without lateral inertia",
     _setups,

@@ -113,7 +113,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
 
 PROBLEM = Problem(
     "torus",
-    "an elastic torus breathes, in flight as at rest",
+    "An elastic torus breathes, in flight as at rest",
     "Love, Mathematical Theory of Elasticity (1927), section 293: sqrt(E/rho)/R",
     _setups,
     _check,
