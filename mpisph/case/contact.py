@@ -8,9 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from mpisph.case.bodies import Body
+from mpisph.case.sections import Boundary
 from mpisph.case.shapes.section import FloatArray, Section
 
-__all__ = ["first_contact", "meeting_time", "time_origin"]
+__all__ = ["first_contact", "meeting_time", "plane_times", "time_origin"]
 
 _HEIGHTS = 1025
 """Heights at which a section is looked at."""
@@ -46,13 +47,15 @@ def first_contact(bodies: Sequence[Body]) -> float:
     return min(times, default=math.inf)
 
 
-def time_origin(bodies: Sequence[Body]) -> str:
+def time_origin(bodies: Sequence[Body], boundary: Boundary) -> str:
     """Return in words what the times of a run count from.
 
     They count from its start. That is the first contact where the bodies touch then, or
-    move so little before that no one would tell the two apart.
+    move so little before that no one would tell the two apart. A plane counts as a
+    body.
     """
-    contact = first_contact(bodies)
+    at_planes = (time for body in bodies for time in plane_times(boundary, body))
+    contact = min(first_contact(bodies), *at_planes)
     if contact == 0.0:
         return "after first contact"
     speed = max((abs(body.velocity) for body in bodies), default=0.0)
@@ -82,6 +85,29 @@ def meeting_time(one: Body, other: Body, anywhere: bool = False) -> float:
     if touching and (closing >= 0.0 or gap < -_SAMPLING * extent):
         return 0.0
     return gap / closing if closing > 0.0 else math.inf
+
+
+def plane_times(boundary: Boundary, body: Body) -> tuple[float, float]:
+    """Return when a body that keeps its velocity comes to each plane [s].
+
+    Parameters
+    ----------
+    boundary : Boundary
+    body : Body
+
+    Returns
+    -------
+    tuple of float
+        Of the lower and the upper plane; infinite where it never does.
+    """
+    (low, high), (bottom, top) = boundary.planes, body.section.ends
+    gaps, speeds = (bottom - low, high - top), (-body.velocity, body.velocity)
+    # A gap below zero is the rounding of a body that touches.
+    lower, upper = (
+        max(gap, 0.0) / speed if speed > 0.0 else math.inf
+        for gap, speed in zip(gaps, speeds, strict=True)
+    )
+    return lower, upper
 
 
 def _gap(one: Body, other: Body, anywhere: bool) -> tuple[float, Body, Body]:

@@ -6,8 +6,14 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from mpisph.case.contact import first_contact, meeting_time
+import numpy as np
+
+from mpisph.case.bodies import Body
+from mpisph.case.contact import first_contact, meeting_time, plane_times
 from mpisph.case.model import Case
+from mpisph.case.profiles import starting_state
+from mpisph.case.shapes.section import FloatArray
+from mpisph.core.errors import CaseError
 from mpisph.physics.eos import GASES
 from mpisph.physics.response import MaterialModels
 
@@ -42,6 +48,12 @@ at any Courant factor up to 0.3, and of 0.1 up to 0.25; at 0.1 and 0.3 its outer
 particles gain energy until the run breaks down."""
 
 
+_LIGHT, _GAS_CFL = 1.0 / 500.0, 0.05
+"""Measured on a gas before an aluminium sphere of 1 to 7 km/s at NPR 5. With a Courant
+factor of 0.3 runs complete for 1/280 of the sphere's density, and break down in the
+first step for 1/700; with 0.05 they complete for 1/2300."""
+
+
 def find_warnings(case: Case) -> list[str]:
     """Return what makes no physical sense in a sound case, or hardly any.
 
@@ -62,44 +74,56 @@ def find_warnings(case: Case) -> list[str]:
         _warn_of_foam,
         _warn_of_smoothing,
         _warn_of_viscosity,
+        _warn_of_light_gas,
         _warn_of_gauges,
     )
     return [text for rule in rules for text in rule(case)]
 
 
 def _warn_of_meeting(case: Case) -> Iterator[str]:
-    """Warn of bodies that never meet, or not before the end of the run."""
+    """Warn of bodies that never meet, or not before the end of the run.
+
+    A plane counts as a body that all may hit.
+    """
     bodies, end = case.bodies, case.end_time
     # Shapes say nothing of particles of one's own.
     if case.initial is not None or _moves_by_itself(case):
         return
-    if len(bodies) == 1:
+    if len(bodies) == 1 and not case.boundary.exists:
         yield f"bodies: there is only {bodies[0].name}, which nothing hits"
         return
-    meeting = first_contact(bodies)
+    at_planes = {body.name: min(plane_times(case.boundary, body)) for body in bodies}
+    meeting = min(first_contact(bodies), *at_planes.values())
     if math.isinf(meeting):
         listed = ", ".join(f"{b.name} at {b.velocity:g} m/s" for b in bodies)
+        none = "no two bodies ever meet"
+        if case.boundary.exists:
+            none = "no body ever meets another one or a plane"
         yield (
-            f"bodies.*.velocity: no two bodies ever meet ({listed}); velocities are "
+            f"bodies.*.velocity: {none} ({listed}); velocities are "
             "along +z: look at their signs, and at the positions"
         )
         return
+    what = "the first bodies meet"
+    if case.boundary.exists:
+        what = "the first bodies or planes meet"
     if meeting > end:
         yield (
-            f"time.end: the first bodies meet at {_us(meeting)}, after the end of the "
+            f"time.end: {what} at {_us(meeting)}, after the end of the "
             f"run at {_us(end)}; let it last longer, or narrow the gap (bodies.*."
             "position)"
         )
         return
     if meeting > 0.0:
         yield (
-            f"bodies.*.position: the first bodies meet at {_us(meeting)} only, and "
+            f"bodies.*.position: {what} at {_us(meeting)} only, and "
             "times count from the start of the run; bodies that touch at the start "
             "save these steps"
         )
     for body in bodies:
         others = [other for other in bodies if other is not body]
-        soonest = min(meeting_time(body, other, anywhere=True) for other in others)
+        times = [meeting_time(body, other, anywhere=True) for other in others]
+        soonest = min([*times, at_planes[body.name]])
         if soonest > end:
             when = "ever" if math.isinf(soonest) else f"before {_us(soonest)}"
             yield (
@@ -108,16 +132,34 @@ def _warn_of_meeting(case: Case) -> Iterator[str]:
             )
 
 
+def _impact_speed(case: Case) -> float:
+    """Return the largest velocity of an impact [m/s], on a plane as well."""
+    onto_planes = (
+        abs(body.velocity)
+        for body in case.bodies
+        if not math.isinf(min(plane_times(case.boundary, body)))
+    )
+    return max(case.impact_velocity, *onto_planes, 0.0)
+
+
 def _warn_of_velocity(case: Case) -> Iterator[str]:
     """Warn of velocities that look like a slip of the unit."""
-    velocity = case.impact_velocity
     if _has_gas(case):  # its problems may be in units of any size
         return
+    velocity = _impact_speed(case)
     if 0.0 < velocity < _SLOW or velocity > _FAST:
-        yield (
-            f"bodies.*.velocity: the impact has {velocity:.4g} m/s; a number is in "
-            'm/s, and a string carries its unit, as in "6.7 km/s": is the unit right?'
-        )
+        yield f"bodies.*.velocity: the impact has {velocity:.4g} m/s; {_IN_SI}"
+    for body in case.bodies if case.initial is None else ():
+        radial = body.radial_velocity
+        if isinstance(radial, float) and abs(radial) > _FAST:
+            key = f"bodies.{body.name}.radial_velocity"
+            yield f"{key}: {body.name} has {radial:.4g} m/s; {_IN_SI}"
+
+
+_IN_SI = (
+    'a number is in m/s, and a string carries its unit, as in "6.7 km/s": is the unit '
+    "right?"
+)
 
 
 def _warn_of_thin_walls(case: Case) -> Iterator[str]:
@@ -140,14 +182,15 @@ def _warn_of_thin_walls(case: Case) -> Iterator[str]:
 
 def _warn_of_foam(case: Case) -> Iterator[str]:
     """Warn of strong matter that bears no tension where strength decides."""
-    if not 0.0 < case.impact_velocity < _STRENGTH_COUNTS:
+    velocity = _impact_speed(case)
+    if not 0.0 < velocity < _STRENGTH_COUNTS:
         return
     for name in dict.fromkeys(body.material for body in case.bodies):
         models = [m for m in case.material_table if m.material == name]
         if any(_strong_without_tension(model) for model in models):
             yield (
                 f"scheme.p_min, for {name}: with a minimum pressure of 0 the material "
-                f"bears no tension, and at {case.impact_velocity:g} m/s what has "
+                f"bears no tension, and at {velocity:g} m/s what has "
                 'strength turns to foam; set mode = "off", or a spall strength as '
                 'value, such as "-1.2 GPa"'
             )
@@ -187,12 +230,42 @@ def _warn_of_viscosity(case: Case) -> Iterator[str]:
             "each other at a shock, and internal energies fall below zero; take "
             f"{_LEAST_VISCOSITY:g} or more (default 2.5)"
         )
-    if viscosity.alpha < _LEAST_DAMPING and case.time.cfl > _LARGEST_CFL:
+    elastic = any(m.names["strength"] != "none" for m in case.material_table)
+    if (
+        elastic
+        and viscosity.alpha < _LEAST_DAMPING
+        and case.time.step == "automatic"
+        and case.time.cfl > _LARGEST_CFL
+    ):
         yield (
             f"time.cfl: with {case.time.cfl:g} and an alpha of {viscosity.alpha:g} the "
             "surfaces of an elastic body vibrate more and more; take "
             f"{_LARGEST_CFL:g} or less"
         )
+
+
+def _warn_of_light_gas(case: Case) -> Iterator[str]:
+    """Warn of steps that are too long for a light gas before a solid."""
+    if (
+        case.initial is not None
+        or case.time.step == "fixed"
+        or case.time.dt is not None
+    ):
+        return
+    gases = [b for b in case.bodies if case.body_models(b).names["eos"] in GASES]
+    solids = [body for body in case.bodies if body not in gases]
+    if not gases or not solids or case.time.cfl <= _GAS_CFL:
+        return
+    densest = max(case.body_material(body).rho0 for body in solids)
+    for body in gases:
+        rho0 = case.body_material(body).rho0
+        density = rho0 * float(_density_ratios(body, rho0).min())
+        if density < _LIGHT * densest and case.impact_velocity > 0.0:
+            yield (
+                f"time.cfl: with {case.time.cfl:g} the steps may be too long for "
+                f"{body.name}, which has 1/{densest / density:.0f} of the density of "
+                f"the solid that moves into it; take {_GAS_CFL:g}, or a short time.dt"
+            )
 
 
 def _warn_of_gauges(case: Case) -> Iterator[str]:
@@ -219,27 +292,56 @@ def _warn_of_starting_state(case: Case) -> Iterator[str]:
                 f"bodies.{body.name}.energy: the linear equation of state knows no "
                 "energy, so it changes no motion; take another one (eos)"
             )
-        if models.names["eos"] in GASES or not isinstance(body.density, float):
-            continue
-        ratio = body.density / models.rho0
-        if abs(ratio - 1.0) > _DENSE:
+        gas = models.names["eos"] in GASES
+        if gas and body.energy == body.velocity == body.radial_velocity == 0.0:
             yield (
-                f"bodies.{body.name}.density: {body.density:g} kg/m^3 is {ratio:.3g} "
-                f"times the reference density of {models.material}: is the unit right?"
+                f"bodies.{body.name}.energy: a gas at rest without energy has no "
+                "pressure; P / ((gamma - 1) rho) gives it the pressure P"
             )
+        ratio = _unlike(_density_ratios(body, models.rho0))
+        low, high = case.limits.density_ratio_min, case.limits.density_ratio_max
+        value = f"{ratio * models.rho0:.4g} kg/m^3 is {ratio:.3g} times"
+        about = f"{value} the reference density of {models.material}"
+        if not low <= ratio <= high:
+            yield (
+                f"bodies.{body.name}.density: {about}, and the run ends at once as "
+                f"unstable (limits.density_ratio_*: {low:g} to {high:g}); is the unit "
+                "right?"
+            )
+        elif not gas and abs(ratio - 1.0) > _DENSE:
+            yield f"bodies.{body.name}.density: {about}: is the unit right?"
+
+
+_SAMPLES = 9
+"""Heights of a body, and radii at each, at which an expression is looked at."""
+
+
+def _density_ratios(body: Body, rho0: float) -> FloatArray:
+    """Return densities of a body over the reference density, from a few places."""
+    bottom, top = body.section.ends
+    part = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    z = bottom + (top - bottom) * part
+    inner, outer = body.section.radii(z)
+    r = inner + (outer - inner) * part[:, None]
+    try:
+        state = starting_state(
+            body, rho0, r.ravel(), np.broadcast_to(z, r.shape).ravel()
+        )
+    except CaseError:  # it is told of the particle that has it
+        return np.ones(1)
+    return state.rho / rho0
+
+
+def _unlike(ratios: FloatArray) -> float:
+    """Return the ratio that is farthest from one, in either direction."""
+    return float(ratios[np.abs(np.log(ratios)).argmax()])
 
 
 def _moves_by_itself(case: Case) -> bool:
-    """Say whether bodies do not need each other to move: a plane may be hit, too."""
-    return (
-        _has_gas(case)
-        or case.boundary.exists
-        or any(
-            body.radial_velocity != 0.0
-            or body.energy != 0.0
-            or body.density is not None
-            for body in case.bodies
-        )
+    """Say whether bodies do not need each other to move."""
+    return _has_gas(case) or any(
+        body.radial_velocity != 0.0 or body.energy != 0.0 or body.density is not None
+        for body in case.bodies
     )
 
 

@@ -35,6 +35,7 @@ from mpisph.figures.view import (
     choose_view,
     common_view,
     draw_particles,
+    draw_planes,
     draw_rear_faces,
     exposure_at,
     measure_cloud,
@@ -134,6 +135,7 @@ def draw_cloud(
         axes.set_title("\n".join(lines), loc="left", parse_math=False)
         draw_particles(axes, snapshot, case, view)
         draw_rear_faces(axes, case)
+        draw_planes(axes, case)
         if exposure is not None:
             _draw_sizes(axes, definition, measure, exposure, view)
         _add_count(axes, snapshot, definition, view)
@@ -163,7 +165,7 @@ def _make_axes(view: View, title_lines: int, legend_lines: int) -> tuple[Figure,
 
 def _legend_lines(case: Case) -> int:
     """Return the lines of the legend, as many in all figures of a run."""
-    entries = len(case.bodies) + 1
+    entries = len(case.bodies) + 1 + case.boundary.exists
     if case.measured is not None and case.measured.exposures:
         return max(entries, 3)
     return math.ceil(entries / _COLUMNS)

@@ -195,7 +195,7 @@ def draw_history(figure: HistoryFigure, run: RunHistory, out: Out) -> None:
         drawing = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
         axes = drawing.add_subplot()
         figure.draw(axes, run)
-        axes.set_xlabel(f"time {time_origin(run.case.bodies)} [µs]")
+        axes.set_xlabel(f"time {time_origin(run.case.bodies, run.case.boundary)} [µs]")
         axes.margins(x=0.02)
         if axes.get_legend_handles_labels()[0]:
             axes.legend()

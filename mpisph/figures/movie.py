@@ -21,6 +21,7 @@ from mpisph.figures.view import (
     body_dots,
     common_view,
     dot_size,
+    draw_planes,
     draw_rear_faces,
     set_limits,
 )
@@ -230,6 +231,7 @@ class Frame:
         axes.locator_params(nbins=8 if self._layout.lettered else 3)
         if not self._layout.lettered:
             draw_rear_faces(axes, self._case)
+            draw_planes(axes, self._case)
 
     def _letter(self) -> None:
         """Name the case, the axes and the bodies."""
@@ -241,6 +243,7 @@ class Frame:
             colour = body_colour(index)
             axes.plot([], [], "o", markersize=6.0, color=colour, label=body.name)
         draw_rear_faces(axes, self._case)
+        draw_planes(axes, self._case)
         handles, names = axes.get_legend_handles_labels()
         self.figure.legend(
             handles,

@@ -40,6 +40,12 @@ BOX: dict[str, Any] = {
     "alpha": 0.75,
     "pad": 0.8,
 }
+BEHIND_PLANE: dict[str, Any] = {
+    "facecolor": "0.94",
+    "edgecolor": "0.6",
+    "hatch": "////",
+    "linewidth": 0.8,
+}
 REAR_FACE: dict[str, Any] = {"color": "0.45", "linestyle": "-", "linewidth": 0.8}
 
 STYLE: dict[Any, Any] = {

@@ -25,7 +25,7 @@ from mpisph.diagnostics.cloud import (
     place_of,
     target_plate,
 )
-from mpisph.figures.style import REAR_FACE, WIDTH, body_colour
+from mpisph.figures.style import BEHIND_PLANE, REAR_FACE, WIDTH, body_colour
 from mpisph.io.snapshot import Snapshot, read_snapshot
 
 _MOST_POINTS = 400_000
@@ -228,6 +228,24 @@ def draw_rear_faces(axes: Axes, case: Case) -> None:
         axes.axvline(z * 1e3, label="_" * (index > 0) + name, zorder=1, **REAR_FACE)
 
 
+def draw_planes(axes: Axes, case: Case) -> None:
+    """Hatch what lies behind the rigid planes of a case, up to the edge of the axes.
+
+    Parameters
+    ----------
+    axes : Axes
+        With its final limits; its legend gets one entry if any plane is within them.
+    case : Case
+    """
+    label = "rigid plane"
+    left, right = axes.get_xlim()
+    low, high = (1e3 * plane for plane in case.boundary.planes)
+    for ends in ((left, low), (high, right)):
+        if ends[0] < ends[1]:
+            axes.axvspan(*ends, zorder=1, label=label, **BEHIND_PLANE)
+            label = "_" + label
+
+
 def draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> None:
     """Draw every body's particles as dots of the size of the spacing.
 
@@ -331,7 +349,7 @@ def title_lines(case: Case, time: float, exposure: Exposure | None) -> list[str]
         Lines of at most 88 characters.
     """
     lines = textwrap.wrap(case.title, 88)
-    when = f"t = {time * 1e6:.2f} µs {time_origin(case.bodies)}"
+    when = f"t = {time * 1e6:.2f} µs {time_origin(case.bodies, case.boundary)}"
     if exposure is not None:
         nominal = f"{exposure.time * 1e6:g} µs"
         offset = time - exposure.time

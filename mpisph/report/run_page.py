@@ -292,7 +292,7 @@ def _arrival(run: StoredRun) -> float:
 
 
 def _after(item: _Shown, case: Case) -> str:
-    when = f"{us(item.time)} {time_origin(case.bodies)}"
+    when = f"{us(item.time)} {time_origin(case.bodies, case.boundary)}"
     return f": {when}" if item.title else when
 
 
@@ -332,7 +332,8 @@ def _panels_text(shown: int, of: int) -> str:
     left_out = f"; {shown} of {of} are shown" if shown < of else ""
     return (
         "All in one scale, axial position to the right and radius upwards, in mm"
-        f"{left_out}. Grey lines: original rear faces of plates."
+        f"{left_out}. Grey lines: original rear faces of plates; hatched: behind rigid "
+        "planes."
     )
 
 

@@ -25,9 +25,15 @@ OFFSET_TEXT = (
 )
 
 _SMOOTHING = {
-    "axisymmetric": "axisymmetric, eq (21)",
+    "axisymmetric": "axisymmetric, eq (21) corrected",
     "classic": "classic, eq (20)",
     "fixed": "fixed",
+    "printed": "eq (21) to the letter",
+}
+
+_PAIR_FORMS = {
+    "consistent": "match the continuity equation",
+    "lee2003": "as in eqs (5) and (6)",
 }
 
 _KIND_NAMES = {
@@ -163,6 +169,12 @@ def setup_table(run: StoredRun) -> Table:
             "kernel",
             f"Gaussian, cut at {scheme.kappa:g} h; a ring "
             f"{'acts' if scheme.self_term else 'does not act'} on itself",
+        ),
+        ("pair forces", _PAIR_FORMS[scheme.pair_form]),
+        *(
+            ("rigid plane", f"z = {millimetres(plane)}")
+            for plane in case.boundary.planes
+            if math.isfinite(plane)
         ),
         ("time step", _step(case.time)),
         ("end of the run", us(case.end_time)),

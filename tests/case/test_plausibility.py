@@ -104,7 +104,7 @@ def test_a_gas_of_any_density_and_speed_has_none(velocity, bodies):
     """Not even where c is 1 m/s: a gas moves by itself, and problems have no units."""
     gas = {"rho0": 1.0, "strength": "none", "ideal-gas": {"gamma": 5 / 3, "c0": 1.0}}
     tubes = [
-        body("cylinder", name=f"b{k}", material="gas", position=k * 10e-3)
+        body("cylinder", name=f"b{k}", material="gas", position=k * 10e-3, energy=1.0)
         for k in range(bodies)
     ]
     tubes[-1]["velocity"] = -velocity
@@ -112,6 +112,86 @@ def test_a_gas_of_any_density_and_speed_has_none(velocity, bodies):
     assert find_warnings(case) == []
     solid = {**gas, "eos": "linear", "linear": {"bulk_modulus": 1.0}}
     assert find_warnings(case_of(*tubes, materials={"gas": solid})) != []
+
+
+GAS = {"rho0": 1.2, "strength": "none", "ideal-gas": {"gamma": 1.4, "c0": 340.0}}
+
+
+@pytest.mark.parametrize(
+    ("settings", "warned"),
+    [
+        ({"energy": 2e5}, []),
+        ({}, ["bodies.cylinder.energy"]),
+        ({"velocity": 1.0}, []),  # Noh's problem
+        ({"radial_velocity": "-s"}, []),
+        ({"energy": 2e5, "density": 1200.0}, ["bodies.cylinder.density"]),
+        ({"energy": 2e5, "density": "1200 * (1 + r)"}, ["bodies.cylinder.density"]),
+        ({"energy": 2e5, "density": "1 / (z - z)"}, []),  # refused with its particle
+    ],
+)
+def test_a_gas_needs_energy_and_a_density_within_the_limits(settings, warned):
+    gas = body("cylinder", material="gas", **settings)
+    case = case_of(gas, materials={"gas": GAS}, scheme={"eos": "ideal-gas"})
+    assert keys(case) == warned
+
+
+@pytest.mark.parametrize(
+    ("density", "time", "warned"),
+    [
+        (1.2, {}, ["time.cfl"]),
+        (1.2, {"cfl": 0.05}, []),
+        (1.2, {"dt": 1e-9}, []),
+        (10.0, {}, []),
+    ],
+)
+def test_a_light_gas_before_a_solid_needs_short_steps(density, time, warned):
+    sphere = body("sphere", position=-5e-3, velocity=5e3)
+    state = {"density": density, "energy": 2e5, "eos": "ideal-gas"}
+    gas = body("cylinder", material="gas", **state)
+    sections = {"materials": {"gas": GAS}, "time": {"end": 1e-6, **time}}
+    assert keys(case_of(sphere, gas, **sections)) == warned
+
+
+def test_a_gas_does_not_vibrate():
+    scheme = {"eos": "ideal-gas", "viscosity": {"alpha": 0.1}}
+    gas = body("cylinder", material="gas", energy=2e5)
+    case = case_of(gas, materials={"gas": GAS}, scheme=scheme)
+    assert keys(case) == ["scheme.viscosity.alpha"]
+
+
+def test_fixed_steps_have_no_courant_factor():
+    steps = ["scheme.viscosity.alpha=0.1", "time.step=fixed", "time.dt=1 ns"]
+    assert keys(load_case(SHOT, steps)) == ["scheme.viscosity.alpha"]
+
+
+@pytest.mark.parametrize("density", [2.7, "2.7 * (1 + r)", 1e6])
+def test_a_density_that_no_solid_has(density):
+    case = case_of(
+        body("sphere", position=-5e-3, velocity=5e3, density=density), body()
+    )
+    assert keys(case) == ["bodies.sphere.density"]
+
+
+@pytest.mark.parametrize(
+    ("velocity", "planes", "warned"),
+    [
+        (-4e3, {"z_min": 0.0}, []),
+        (4e3, {"z_max": 10e-3}, []),
+        (4e3, {"z_min": 0.0}, ["bodies.*.velocity"]),
+        (0.0, {"z_min": 0.0}, ["bodies.*.velocity"]),
+        (-4e3, {"z_min": -1.0}, ["time.end"]),
+        (-4e3, {"z_min": -10e-3}, ["bodies.*.position"]),
+        (-300.0, {"z_min": 0.0}, ["scheme.p_min"]),
+        (-1e5, {"z_min": 0.0}, ["bodies.*.velocity"]),
+    ],
+)
+def test_a_plane_may_be_hit_like_a_body(velocity, planes, warned):
+    assert keys(case_of(body("cylinder", velocity=velocity), boundary=planes)) == warned
+
+
+def test_a_radial_velocity_in_a_wrong_unit():
+    rod = body("cylinder", radial_velocity=5e5)
+    assert keys(case_of(rod)) == ["bodies.cylinder.radial_velocity"]
 
 
 @pytest.mark.parametrize(
@@ -165,6 +245,9 @@ def test_times_count_from_the_first_contact_only_where_the_run_begins_with_it(
     position, words
 ):
     sphere = body("sphere", position=position, velocity=5e3)
-    assert time_origin(case_of(sphere, body()).bodies) == words
-    away = {**sphere, "velocity": -5e3}
-    assert time_origin(case_of(away, body()).bodies) == "after the start"
+    case = case_of(sphere, body())
+    assert time_origin(case.bodies, case.boundary) == words
+    away = case_of({**sphere, "velocity": -5e3}, body())
+    assert time_origin(away.bodies, away.boundary) == "after the start"
+    alone = case_of(sphere, boundary={"z_max": 0.0})
+    assert time_origin(alone.bodies, alone.boundary) == words

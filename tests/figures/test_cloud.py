@@ -263,6 +263,24 @@ def test_every_plate_that_stands_has_its_rear_face(tmp_path, case, drawn):
     assert texts(axes).count("original rear faces") == 1
 
 
+@pytest.mark.parametrize(
+    ("planes", "hatched", "entries"),
+    [
+        ({}, 0, 0),
+        ({"z_min": 0.0}, 1, 1),
+        ({"z_min": 0.0, "z_max": 0.03}, 2, 1),
+        ({"z_max": 10.0}, 0, 0),  # beyond the view
+    ],
+)
+def test_what_lies_behind_a_plane_is_hatched(
+    tmp_path, case, drawn, planes, hatched, entries
+):
+    boundary = case.boundary.model_copy(update=planes)
+    axes = draw(tmp_path, case.model_copy(update={"boundary": boundary}), drawn)
+    assert sum(bool(patch.get_hatch()) for patch in axes.patches) == hatched
+    assert texts(axes).count("rigid plane") == entries
+
+
 def test_times_near_each_other_get_names_of_their_own(tmp_path, case, drawn):
     for index, time in enumerate([3.001e-6, 3.002e-6]):
         write(tmp_path, case, time, index)

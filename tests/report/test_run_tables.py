@@ -131,6 +131,12 @@ def test_set_up(stored):
         ("scheme.self_term=false", "kernel", "a ring does not act on itself"),
         ("time.dt=5 ns", "time step", "at most 5 ns"),
         ("scheme.smoothing=classic", "smoothing length", "classic, eq (20)"),
+        ("scheme.smoothing=printed", "smoothing length", "eq (21) to the letter"),
+        ("scheme.smoothing=fixed", "smoothing length", "fixed"),
+        ("scheme.smoothing=axisymmetric", "smoothing length", "corrected"),
+        ("scheme.pair_form=lee2003", "pair forces", "as in eqs (5) and (6)"),
+        ("scheme.pair_form=consistent", "pair forces", "continuity equation"),
+        ("boundary.z_min=-20 mm", "rigid plane", "z = -20 mm"),
     ],
 )
 def test_switches_are_named(stored, override, name, text):
