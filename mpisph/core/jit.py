@@ -130,6 +130,7 @@ def mark_compiled(form: str) -> None:
         return
     contents = {name: _content(path) for name, path in _compiled(CACHE_FOLDER).items()}
     sums = {name: zlib.crc32(text) for name, text in contents.items() if text}
+    CACHE_FOLDER.mkdir(parents=True, exist_ok=True)  # it may have been cleared
     part = tempfile.NamedTemporaryFile("w", dir=CACHE_FOLDER, delete=False)
     with part as file:
         json.dump(sums, file)

@@ -159,9 +159,9 @@ def evaluate_rates(
         Time since the last evaluation, zero for the first [s].
     """
     p, scheme = sim.particles, sim.scheme
-    # Artificial heat (R6) needs the divergence, and forces of solids the correction
-    # (R3), which this evaluation is to give. The last ones alone would make the scheme
-    # first order in time; extrapolated, they keep the second.
+    # Artificial heat (R6) and the weights (R3) need the divergence, and solids the
+    # correction (R2, R3), which this evaluation is to give. The last ones alone would
+    # make the scheme first order in time; extrapolated, they keep the second.
     last_div, last_correction = p.div.copy(), p.correction.copy()
     ahead = {"div": p.div + dt * p.ddiv}
     B = p.correction + dt * p.correction_rates

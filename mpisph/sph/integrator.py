@@ -69,9 +69,9 @@ def drift(
 ) -> None:
     """Advance positions by `tau` [s]; reflect at the axis and at planes (R11).
 
-    A particle that crosses the axis keeps its place in the half plane r >= 0: r, u_r
-    and S_rz change sign, and with them the rates that the prediction uses. So do z
-    about the plane, u_z and S_rz of one that crosses ``z = low`` or ``z = high``.
+    A particle that crosses the axis keeps its place in the half plane r >= 0: r, u_r,
+    S_rz and B_rz change sign, and with them their rates. So do z about the plane, u_z,
+    S_rz and B_rz of one that crosses ``z = low`` or ``z = high``.
     """
     _drift(
         p.r, p.z, p.u_r, p.u_z, p.S_rz, p.du_r, p.du_z, p.dS_rz, p.B_rz, p.dB_rz,

@@ -143,7 +143,7 @@ def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, h2_r, theta_a, scheme, lee200
     h, h2_r : float
         Pair mean of h, and its square over r_b [m].
     theta_a : float
-        theta of ring a over its eta, or over its density (R3).
+        theta of ring a over its eta, or 1 over half of its density (R3).
     scheme : SchemeConstants
     lee2003 : None or bool
         See `pair_sums`.

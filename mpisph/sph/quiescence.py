@@ -34,7 +34,7 @@ def calm_particles(records):
     Parameters
     ----------
     records : ndarray, shape (n, 16)
-        As of `records.PairRecord`, in the global order.
+        As of `pair_records.PairRecord`, in the global order.
 
     Returns
     -------

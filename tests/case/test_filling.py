@@ -134,7 +134,7 @@ def gauss(p, centre, width):
         ("sphere", "square", 1e-3, 0.6e-3),
     ],
 )
-def test_sums_over_rings_are_integrals_at_the_axis_too(shape, filling, centre, width):
+def test_sums_over_rings_r1_are_integrals_at_the_axis(shape, filling, centre, width):
     """To fourth order; with rings at the middle of their parts, to second."""
     exact = math.pi**1.5 * width**3
     coarse, fine = (

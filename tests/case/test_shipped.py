@@ -56,8 +56,8 @@ def test_shots(shot, velocity, thickness, exposures):
     assert set(case.materials) == {"al-lee2003"}
     measured = case.measured
     assert [(e.time, e.radius, e.length) for e in measured.exposures] == exposures
-    assert measured.clock_offset == 1.05e-6
-    wanted = [time + shift for time, *_ in exposures for shift in (0.0, 1.05e-6)]
+    assert measured.clock_offset == 0.89e-6
+    wanted = [time + shift for time, *_ in exposures for shift in (0.0, 0.89e-6)]
     for time in wanted:
         assert np.isclose(case.output_times, time, rtol=1e-9, atol=0.0).any()
 

@@ -38,7 +38,7 @@ def clocked(tmp_path_factory):
         ('length = "31.7 mm"', 'length = "4 mm"'),
         ('radius = "37.5 mm"', 'radius = "10 mm"'),
         ('length = "98.0 mm"', 'length = "9 mm"'),
-        ('"1.05 us"', '"0.1 us"'),
+        ('"0.89 us"', '"0.1 us"'),
         ('end = "22 us"', 'end = "4 us"'),
     ):
         assert old in text

@@ -88,7 +88,7 @@ def test_cloud_leaves_out_lip_and_ejecta():
 
 
 @pytest.mark.parametrize("quantile", [0.01, 0.5, 0.9, 0.99, 1.0])
-def test_measure_agrees_with_brute_force(quantile):
+def test_measure_r12_agrees_with_brute_force(quantile):
     p = debris()
     d = DEFINITION._replace(quantile=quantile)
     got = measure_arrays(arrays(p), d)

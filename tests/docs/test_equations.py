@@ -10,9 +10,11 @@ from launch import TOP
 PAGE = text_of("mpisph/physics/README.md")
 ROWS = table_rows(PAGE, "| id | what | function | test | source |")
 
-# Where equations stand: every module below the first, and the second.
+# Where equations stand: every module below the first, and the others.
 SOURCES = [
     *sorted((TOP / "mpisph/physics").rglob("*.py")),
+    TOP / "mpisph/sph/gradient.py",
+    TOP / "mpisph/sph/rates.py",
     TOP / "mpisph/sph/timestep.py",
 ]
 
@@ -47,6 +49,7 @@ def test_function_and_test_of_a_row_exist(row):
     assert re.search(rf"\b{equation}\b", documented), "its docstring has the id"
     path, _, test_name = test.strip("`").partition("::")
     assert test_name in definitions(TOP / path)
+    assert equation.lower() in test_name.split("_"), "the test's name has the id"
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(TOP)))

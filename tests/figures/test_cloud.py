@@ -17,7 +17,7 @@ from mpisph.figures.view import exposure_at
 from mpisph.io.snapshot import write_snapshot
 
 TIME = 6e-6
-OFFSET_TIME = 7.05e-6
+OFFSET_TIME = 6.89e-6
 
 
 @pytest.fixture(scope="module")
@@ -178,8 +178,8 @@ def test_the_measure_is_taken_from_the_snapshot(tmp_path, case, drawn):
         ),
         (
             OFFSET_TIME,
-            "t = 7.05 µs after first contact: "
-            "the exposure at nominal 6 µs + 1.05 µs clock offset",
+            "t = 6.89 µs after first contact: "
+            "the exposure at nominal 6 µs + 0.89 µs clock offset",
         ),
     ],
 )
@@ -224,8 +224,8 @@ def test_the_picture_shows_both_bodies(tmp_path, case, drawn):
 def test_exposures_are_found_at_both_times(case):
     first, second = case.measured.exposures
     assert exposure_at(case, 6e-6) is first
-    assert exposure_at(case, 6e-6 + 1.05e-6) is first
-    assert exposure_at(case, 20.05e-6) is second
+    assert exposure_at(case, 6e-6 + 0.89e-6) is first
+    assert exposure_at(case, 19.89e-6) is second
     assert exposure_at(case, 7e-6) is None
     assert exposure_at(load_case(CASES / "plate-impact.toml"), 6e-6) is None
 
@@ -234,7 +234,7 @@ def test_a_run_is_drawn_with_lines_at_exposures_only(tmp_path, case, drawn):
     for index, time in enumerate([3e-6, TIME, OFFSET_TIME]):
         write(tmp_path, case, time, index)
     paths = draw_run(tmp_path)
-    names = ["cloud_03.00us.png", "cloud_06.00us.png", "cloud_07.05us.png"]
+    names = ["cloud_03.00us.png", "cloud_06.00us.png", "cloud_06.89us.png"]
     assert [path.name for path in paths] == names
     assert all(path.parent == tmp_path / "figures" for path in paths)
     assert [bool(figure.axes[0].collections) for figure in drawn] == [False, True, True]

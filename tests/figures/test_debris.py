@@ -16,7 +16,7 @@ from mpisph.figures.debris import draw_fragments, draw_radiograph, draw_spray
 from mpisph.figures.style import label_log_axis
 from mpisph.io.snapshot import Snapshot
 
-TIME = 7.05e-6
+TIME = 6.89e-6
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +178,7 @@ def test_the_title_says_case_and_time(draw, case, function):
     found = [x.get_text() for x in all_texts(figure) if title in x.get_text()]
     assert found[0].startswith(title)
     assert (
-        "t = 7.05 µs after first contact: the exposure at nominal 6 µs + 1.05 µs clock"
+        "t = 6.89 µs after first contact: the exposure at nominal 6 µs + 0.89 µs clock"
         in found[0]
     )
 

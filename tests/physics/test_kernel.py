@@ -160,7 +160,7 @@ def test_ring_averages_r1_are_the_same_from_both_forms():
         np.testing.assert_allclose(averages(xi), averages_far(xi), rtol=ACCURACY)
 
 
-def test_exp_minus():
+def test_exp_minus_r1():
     # Every power of two, the places where the whole number n changes among them.
     x = np.concatenate(
         [np.linspace(0.0, 32.0, 4001), np.arange(1, 92) * 0.5 * np.log(2.0), [700.0]]
@@ -174,7 +174,7 @@ def test_exp_minus_keeps_nan_visible():
     assert np.isnan(exp_minus(np.nan))
 
 
-def test_polynomials_are_as_good_as_they_state():
+def test_polynomials_r1_are_as_good_as_they_state():
     """Each alone, where a slip in its small coefficients is not hidden by others."""
     for xi in np.linspace(0.01, XI_FAR, 150).tolist():
         i0, i1, _ = scaled_bessel(xi)

@@ -447,7 +447,7 @@ def test_a_study_over_resolutions(tmp_path, dots, monkeypatch):
     assert nominal[0][:2] == ["Rb at 6 µs, outermost [mm]", "4-1283"]
     assert nominal[0][2:8] == [*values, "monotone", "1.00"]
     assert nominal[0][8:] == ["20.00", "3.0\xa0%", "22.30"]
-    assert offset[0][0] == "Lb at 7.05 µs, outermost [mm]"
+    assert offset[0][0] == "Lb at 6.89 µs, outermost [mm]"
     assert offset[0][7:] == ["2.00", "50.00", "0.2\xa0%", "47.70"]
     monkeypatch.setattr(study_page, "collect", lambda study, root: no_sizes(study))
     page = page_of([study], tmp_path, tmp_path / "report.html")

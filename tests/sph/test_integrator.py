@@ -145,6 +145,26 @@ def test_drift_r11_reflects_the_odd_fields_only():
         np.testing.assert_array_equal(getattr(p, name), getattr(before, name))
 
 
+def test_drift_r11_reflects_at_planes_the_fields_that_are_odd_in_z():
+    p = cloud(60, 1)
+    rng = np.random.default_rng(2)
+    p.rates[:] = rng.uniform(-1.0, 1.0, p.rates.shape)
+    p.correction_rates[:] = rng.uniform(-1.0, 1.0, (4, p.n))
+    before, low, high = p.take(np.arange(p.n)), -3e-3, 2e-3
+    drift(p, 1e-9, low, high)
+    z = before.z + 1e-9 * before.u_z
+    below, above = z < low, z > high
+    assert min(below.sum(), above.sum(), (~below & ~above).sum()) > 3
+    want = np.where(below, 2 * low - z, np.where(above, 2 * high - z, z))
+    np.testing.assert_array_equal(p.z, want)
+    sign = np.where(below | above, -1.0, 1.0)
+    odd = {"u_z", "S_rz", "du_z", "dS_rz", "B_rz", "dB_rz"}
+    even = {"u_r", "S_rr", "S_zz", "du_r", "dS_rr", "B_rr", "B_zz", "dB_zz", "drho"}
+    for name in odd | even:
+        want = getattr(before, name) * (sign if name in odd else 1.0)
+        np.testing.assert_array_equal(getattr(p, name), want, err_msg=name)
+
+
 def test_drift_r11_leaves_a_particle_on_the_axis():
     p = Particles.zeros(1)
     p.S_rz[:] = 2.0

@@ -60,3 +60,19 @@ def test_records_follow_the_fields_of_the_record():
     third = record_at(records, 3)
     assert third == tuple(records[3])
     assert third.two_zeta == ring.two_zeta[3]
+
+
+def test_a_gas_r3_goes_by_mass_where_it_is_compressed_too():
+    p = cloud(40, 34)
+    cells = sort_into_cells(p.id, p.r, p.z, p.h, make_lattice(2e-3, 3.0))
+    fields = name_fields(sent_fields(p)[0])
+    gas = table_of(ALUMINIUM._replace(eos="ideal-gas", strength="none"))
+    records = np.empty((p.n, RECORD_FIELDS))
+    write_pair_records(fields, cells.order, gas, SCHEME, records)
+    eta, div = fields.rho[cells.order] / ALUMINIUM.rho0, fields.div[cells.order]
+    by_mass = (div < 0.0) | (eta > 1.0)
+    assert 0 < by_mass.sum() < p.n
+    assert (by_mass & (div > 0.0)).any()
+    np.testing.assert_array_equal(
+        PairRecord(*records.T).eta, np.where(by_mass, eta, -eta)
+    )

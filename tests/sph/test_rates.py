@@ -20,6 +20,7 @@ from scipy.special import ive
 from mpisph.physics.kernel import XI_FAR
 from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC, FIXED, PRINTED
 from mpisph.sph.gradient import UNITY
+from mpisph.sph.rates import settling
 
 ACCURACY = 1e-11
 """Of the largest rate in the cloud. A sum has 60 terms of both signs, with a kernel
@@ -141,6 +142,12 @@ def test_gas_r2_r3_is_expanded_and_compressed():
         assert kind.sum() > 2
     assert by_mass[gas & ~expanded].all()
     assert 0 < by_mass[~gas & (brute.eta > 1.0)].mean() < 1
+
+
+def test_settling_r2_goes_to_the_kernel_sum_in_the_time_of_a_wave():
+    assert settling(1.0, 300.0, 2e-3) == 0.0
+    assert settling(1.1, 300.0, 2e-3) == approx(1.5e4, rel=1e-14)
+    assert settling(0.5, 300.0, 2e-3) == approx(-7.5e4)
 
 
 @EVERY_CASE

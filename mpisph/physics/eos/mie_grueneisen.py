@@ -1,4 +1,4 @@
-"""The Mie-Grueneisen equation of state on a cubic Hugoniot (R8)."""
+"""The Mie-Grueneisen equation of state on the Hugoniot of U_s = c0 + slope u_p (R8)."""
 
 from typing import Annotated
 

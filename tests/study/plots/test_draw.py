@@ -89,7 +89,7 @@ def test_lines_are_the_sizes_of_both_clocks(tmp_path):
     assert data.lines.numeric
     (band,) = data.bands
     titles = [panel.title for panel in band.panels]
-    assert titles == ["nominal exposure time", "+1.05 µs clock offset"]
+    assert titles == ["nominal exposure time", "+0.89 µs clock offset"]
     for panel, clock in zip(band.panels, (0.0, 0.1), strict=True):
         wanted = [
             [
@@ -139,28 +139,25 @@ def test_clocks_and_exposures_can_be_chosen(tmp_path):
     study = small(tmp_path, LINES + 'clocks = ["offset"]\nexposures = [6.0]\n')
     data = lines_figure(study, study.file.figure, table(study, made_up))
     (band,) = data.bands
-    assert [panel.title for panel in band.panels] == ["+1.05 µs clock offset"]
+    assert [panel.title for panel in band.panels] == ["+0.89 µs clock offset"]
     assert [row.measured for row in data.rows] == pytest.approx([31.7])
     assert data.note == "Outermost particles. 6 runs."
 
 
-@pytest.mark.parametrize("name", ["fig3", "fig5"])
+@pytest.mark.parametrize("name", ["pair-forms", "fig3", "fig5"])
 def test_many_panels_stand_below_each_other_for_each_clock(name):
     study = load_study(STUDIES / f"{name}.toml")
     data = lines_figure(study, study.file.figure, table(study, made_up))
+    headings = [band.heading for band in data.bands]
+    assert headings == ["nominal exposure time", "+0.89 µs clock offset"]
+    titles = [panel.title for panel in data.bands[1].panels]
     if name == "fig3":
-        (band,) = data.bands
-        assert [panel.title for panel in band.panels] == [
-            "nominal exposure time\nwith self-term",
-            "nominal exposure time\nwithout self-term",
-            "+1.05 µs clock offset\nwith self-term",
-            "+1.05 µs clock offset\nwithout self-term",
-        ]
+        forms = ["with self-term", "without self-term", "without, (21) as printed"]
+        assert titles == forms
         assert [row.measured for row in data.rows] == pytest.approx([98.0, 31.7])
+    elif name == "pair-forms":
+        assert titles == ["4-1283", "4-1291", "4-1352", "4-1353"]
     else:
-        headings = [band.heading for band in data.bands]
-        assert headings == ["nominal exposure time", "+1.05 µs clock offset"]
-        titles = [panel.title for panel in data.bands[1].panels]
         assert titles == [f"NPH {h}" for h in (1.0, 1.2, 1.5, 1.8, 2.0, 2.5)]
         assert data.log_x
         assert data.x.values == (5.0, 2.0, 1.0, 0.5, 0.2)
@@ -215,7 +212,7 @@ def test_a_map_is_in_ascending_order_beside_the_papers_ranges(tmp_path):
     assert nominal.panels[0].ranges == [(1.0, math.inf), ()]
     # All six as in the paper; with the offset the three of the second column.
     assert nominal.heading == "nominal exposure time: 100 % of 6 cells as in the paper"
-    assert offset.heading == "+1.05 µs clock offset: 50 % of 6 cells as in the paper"
+    assert offset.heading == "+0.89 µs clock offset: 50 % of 6 cells as in the paper"
 
 
 def test_a_map_without_ranges_has_none(tmp_path):
@@ -298,10 +295,10 @@ def test_quantities_over_resolution_are_at_the_offset_time():
         row["hole_opening_6us_offset_mm"] = 20.0 + row["npr"]
     panels = convergence_panels(study, study.file.figure, rows)
     assert [(panel.quantity, panel.unit) for panel in panels] == [
-        ("$R_b$ at 7.05 µs, outermost", "mm"),
-        ("$R_b$ at 7.05 µs, robust", "mm"),
-        ("$L_b$ at 7.05 µs, outermost", "mm"),
-        ("$L_b$ at 7.05 µs, robust", "mm"),
+        ("$R_b$ at 6.89 µs, outermost", "mm"),
+        ("$R_b$ at 6.89 µs, robust", "mm"),
+        ("$L_b$ at 6.89 µs, outermost", "mm"),
+        ("$L_b$ at 6.89 µs, robust", "mm"),
         ("front velocity", "km/s"),
         ("hole through the lips", "mm"),
     ]
