@@ -1,5 +1,6 @@
 """Movies of a run: every snapshot a frame, all in one view."""
 
+import math
 import os
 import shutil
 import subprocess
@@ -69,6 +70,9 @@ PANEL = FrameLayout(520, 520, 300, (0.31, 0.06, 0.23, 0.06), 200, lettered=False
 
 FILM = FrameLayout(1280, 780, 640, (0.6, 0.15, 0.5, 0.12), 160, lettered=True)
 """A frame of a film."""
+
+_COLUMNS = 4
+# Of the legend.
 
 _LETTER, _LINE = 0.08, 0.18
 # Width of a letter of the title, on the generous side, and height of a line [in].
@@ -191,7 +195,8 @@ class Frame:
         self._case = case
         self._layout = layout
         self._title = _title_lines(case, view, layout)
-        self.view, self.figure, box = _fit(view, layout, len(self._title))
+        below = _legend_rows(case) if layout.lettered else 0
+        self.view, self.figure, box = _fit(view, layout, len(self._title), below)
         with mpl.rc_context(STYLE):
             self._axes = self.figure.add_axes(box)
             self._dots = [self._body(k) for k in range(len(case.bodies))]
@@ -248,10 +253,15 @@ class Frame:
         self.figure.legend(
             handles,
             names,
-            loc="lower right",
-            bbox_to_anchor=(axes.get_position().x1 + 0.01, 0.0),
-            ncols=min(len(names), 4),
+            loc="lower left",
+            bbox_to_anchor=(axes.get_position().x0 - 0.02, 0.0),
+            ncols=_COLUMNS,
         )
+
+
+def _legend_rows(case: Case) -> int:
+    """Return the rows of the legend, which stands below the label of the axis."""
+    return math.ceil((len(case.bodies) + 1 + case.boundary.exists) / _COLUMNS)
 
 
 def _axes_width(view: View, layout: FrameLayout) -> float:
@@ -270,7 +280,7 @@ def _title_lines(case: Case, view: View, layout: FrameLayout) -> list[str]:
 
 
 def _fit(
-    view: View, layout: FrameLayout, lines: int
+    view: View, layout: FrameLayout, lines: int, below: int
 ) -> tuple[View, Figure, tuple[float, float, float, float]]:
     """Return the view of the frame's shape, its figure and the place of the axes.
 
@@ -278,6 +288,7 @@ def _fit(
     """
     left, right, bottom, top = (margin * layout.dpi for margin in layout.margins)
     top += lines * _LINE * layout.dpi
+    bottom += below * _LINE * layout.dpi
     width = _axes_width(view, layout)
     height = min(width * view.aspect, layout.highest)
     columns = 2 * round(0.5 * (left + width + right))

@@ -9,12 +9,14 @@ from itertools import pairwise
 import imageio_ffmpeg
 import numpy as np
 import pytest
-from launch import MPISPH, call, launch
+from launch import CASES, MPISPH, call, launch
 from small_runs import EXPOSED, small_run
 
+from mpisph.case import load_case
 from mpisph.core.errors import MpisphError
 from mpisph.figures import movie as module
-from mpisph.figures.movie import animate, default_rate, find_ffmpeg
+from mpisph.figures.movie import FILM, Frame, animate, default_rate, find_ffmpeg
+from mpisph.figures.view import View
 
 SNAPSHOTS = 10
 
@@ -153,3 +155,12 @@ def test_the_command_writes_into_the_runs_folder(folder, tmp_path):
     done = call("animate", tmp_path)
     assert done.returncode == 2
     assert "is it a run's folder?" in done.stderr
+
+
+def test_the_legend_stands_below_the_label_of_the_axis():
+    case = load_case(CASES / "piekutowski-4-1353.toml", ["boundary.z_max=20 mm"])
+    frame = Frame(case, View(-20.0, 30.0, 25.0), FILM)
+    (axes,), (legend,) = frame.figure.axes, frame.figure.legends
+    frame.figure.canvas.draw()
+    highest = max(text.get_window_extent().y1 for text in legend.get_texts())
+    assert highest <= axes.xaxis.label.get_window_extent().y0
