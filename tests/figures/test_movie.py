@@ -161,6 +161,6 @@ def test_the_legend_stands_below_the_label_of_the_axis():
     case = load_case(CASES / "piekutowski-4-1353.toml", ["boundary.z_max=20 mm"])
     frame = Frame(case, View(-20.0, 30.0, 25.0), FILM)
     (axes,), (legend,) = frame.figure.axes, frame.figure.legends
-    frame.figure.canvas.draw()
+    frame.figure.draw_without_rendering()
     highest = max(text.get_window_extent().y1 for text in legend.get_texts())
     assert highest <= axes.xaxis.label.get_window_extent().y0
