@@ -39,8 +39,8 @@ _LEAST_NPH = 0.8
 _LEAST_VISCOSITY = 1.0
 """Measured on shots 4-1283 and 4-1353 at NPR 5 and 6, lowest internal energy over the
 kinetic energy per mass of the impact: not below zero for alpha = beta of 1 and more
-and NPH of 0.8 and more; -0.01 to -0.05 at 0.5, -0.01 to -0.14 at 0. With an NPH of 0.7
-it is -0.07, with 0.6 and 0.5 it is -5 to -27 and the run breaks down at any alpha."""
+and NPH of 0.7 and more; -0.001 at 0.5, -0.02 to -0.18 at 0. With an NPH of 0.6 it is
+-0.03, with 0.5 it is -0.04 to -0.16."""
 
 _LEAST_DAMPING, _LARGEST_CFL = 0.3, 0.2
 """Measured on a torus that breathes for 30 passes of a wave: stable for an alpha of 0.3
