@@ -389,7 +389,7 @@ class BruteForce:
         div, hoop = np.trace(D, axis1=1, axis2=2), D[:, 1, 1]
         crowded = (self.crowding > 1.1) & (div > 0.0)
         self.div = np.where(crowded, 0.0, div)
-        expanded = gas & (self.eta < 1.0)
+        expanded = gas & (self.eta < 1.0) & (p.E > 0.0)
         settled = np.where(expanded, (self.crowding - 1.0) * self.c / p.h, 0.0)
         self.drho = -p.rho * (self.div - settled)
         state = zip(p.rho.tolist(), p.E.tolist(), mats, strict=True)

@@ -72,7 +72,7 @@ def _write_rates(sums, a, sources, k, G, gas, scheme, crowding, rates, correctio
     if crowding > CROWDED and div > 0.0:
         div = hoop = 0.0
     settled = 0.0
-    if gas and abs(a.eta) < 1.0:
+    if gas and abs(a.eta) < 1.0 and a.E > 0.0:  # without energy it has no waves
         settled = settling(crowding, sources.c[k], sources.h[k])
     new = inverse_moments(moments(sums.continuity, a))
     L_rr, L_tt, L_rz, L_zr, L_zz = corrected(L, new)

@@ -94,6 +94,18 @@ def test_energy_alone_disturbs_where_it_makes_no_pressure():
     assert np.count_nonzero(quick.dE) > 30
 
 
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_a_cold_thin_gas_rests_wherever_it_is(share):
+    """Its density does not go to the kernel sum, which its surface has not."""
+    p = block()
+    p.rho *= share
+    p.m *= share
+    gas = ALUMINIUM._replace(eos="ideal-gas", strength="none")
+    quick, thorough = both(p, materials=(gas,))
+    assert_same_bits(quick, thorough)
+    assert not thorough.rates.any()
+
+
 def test_hoop_stress_alone_disturbs():
     """P = S_rr = S_zz leaves no stress but that around the axis."""
     p = block()
