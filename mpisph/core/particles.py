@@ -129,6 +129,9 @@ MaterialState: Any = _namedtuple(
 )
 """What material models read and set of particles, each of shape (n,)."""
 
+CORRECTION = ("B_rr", "B_tt", "B_rz", "B_zz")
+"""Correction of the gradient (R3); `FIELDS` lists it in this order."""
+
 _CORRECTION = slice(VALUES.index("B_rr"), VALUES.index("B_zz") + 1)
 _CORRECTION_RATES = slice(VALUES.index("dB_rr"), VALUES.index("dB_zz") + 1)
 _STRESS = slice(VALUES.index("S_rr"), VALUES.index("S_rz") + 1)

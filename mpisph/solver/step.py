@@ -16,7 +16,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mpisph.core.particles import FloatArray
+from mpisph.core.particles import CORRECTION, FloatArray
 from mpisph.diagnostics.series import bounds_of
 from mpisph.parallel.cost_model import fastest_cut
 from mpisph.parallel.decomposition import Cut, owners, part_work
@@ -165,7 +165,7 @@ def evaluate_rates(
     last_div, last_correction = p.div.copy(), p.correction.copy()
     ahead = {"div": p.div + dt * p.ddiv}
     B = p.correction + dt * p.correction_rates
-    ahead |= zip(("B_rr", "B_tt", "B_rz", "B_zz"), B, strict=True)
+    ahead |= zip(CORRECTION, B, strict=True)
     with sim.timers.measure("stepping"):
         state = p.material_state(predict(p, after))
         p.w_r[:], p.w_z[:] = state.u_r, state.u_z

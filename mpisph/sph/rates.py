@@ -103,11 +103,11 @@ def _set_correction(correction, k, share, B):
 
 
 @njit(**EXACT)
-def _rest(k, rates, div, crowding, correction):
+def _rest(k, alpha_c, rates, div, damping, crowding, correction):
     """Let particle `k` be at rest within matter as it was at the start."""
     for row in range(rates.shape[0]):
         rates[row, k] = 0.0
-    div[k], crowding[k] = 0.0, 1.0
+    div[k], damping[k], crowding[k] = 0.0, alpha_c, 1.0
     _set_correction(correction, k, 0.0, UNITY)
 
 
@@ -150,9 +150,9 @@ def _update_rates(
                 row = row_of(cell)
                 until = quiescent_until(cells, lattice, i, records, calm, next_change)
             quiescent = reach <= until
+        alpha_c = scheme.alpha * sources.c[k]
         if quiescent:
-            _rest(k, rates, div, crowding, correction)
-            damping[k] = scheme.alpha * sources.c[k]
+            _rest(k, alpha_c, rates, div, damping, crowding, correction)
             count[k] = 0.0
             continue
         n_runs, candidates = candidate_runs(
@@ -182,8 +182,7 @@ def _update_rates(
         if calm[i] and is_negligible(
             rates[:, k], mat.bulk_sound_speed, sources.h[k], sources.rho[k]
         ):
-            _rest(k, rates, div, crowding, correction)
-            damping[k] = scheme.alpha * sources.c[k]
+            _rest(k, alpha_c, rates, div, damping, crowding, correction)
         count[k] = n
         total += n
     return total
