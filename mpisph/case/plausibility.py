@@ -42,7 +42,7 @@ kinetic energy per mass of the impact: not below zero for alpha = beta of 1 and 
 and NPH of 0.7 and more; -0.001 at 0.5, -0.02 to -0.18 at 0. With an NPH of 0.6 it is
 -0.03, with 0.5 it is -0.04 to -0.16."""
 
-_LEAST_DAMPING, _LARGEST_CFL = 0.3, 0.2
+LEAST_DAMPING, LARGEST_CFL = 0.3, 0.2
 """Measured on a torus that breathes for 30 passes of a wave: stable for an alpha of 0.3
 at any Courant factor up to 0.3, and of 0.1 up to 0.25; at 0.1 and 0.3 its outermost
 particles gain energy until the run breaks down."""
@@ -233,14 +233,14 @@ def _warn_of_viscosity(case: Case) -> Iterator[str]:
     elastic = any(m.names["strength"] != "none" for m in case.material_table)
     if (
         elastic
-        and viscosity.alpha < _LEAST_DAMPING
+        and viscosity.alpha < LEAST_DAMPING
         and case.time.step == "automatic"
-        and case.time.cfl > _LARGEST_CFL
+        and case.time.cfl > LARGEST_CFL
     ):
         yield (
             f"time.cfl: with {case.time.cfl:g} and an alpha of {viscosity.alpha:g} the "
             "surfaces of an elastic body vibrate more and more; take "
-            f"{_LARGEST_CFL:g} or less"
+            f"{LARGEST_CFL:g} or less"
         )
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from mpisph.case.plausibility import LARGEST_CFL, LEAST_DAMPING
 from mpisph.verify.exact.elasticity import Elastic
 from mpisph.verify.problem import Array
 
@@ -68,8 +69,7 @@ def solid_case(
             "viscosity": {"alpha": viscosity, "beta": viscosity},
             "heat": {"enabled": False},
         },
-        # Vibrating surfaces of a solid need it where little damps them.
-        "time": {"cfl": 0.2 if viscosity < 0.3 else 0.3},
+        "time": {"cfl": LARGEST_CFL if viscosity < LEAST_DAMPING else 0.3},
         "output": {"times": times, "figures": False},
     }
 

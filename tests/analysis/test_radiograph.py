@@ -16,6 +16,7 @@ from mpisph.analysis.radiograph import (
     transmission,
 )
 from mpisph.case import load_case
+from mpisph.case.shapes.section import ring_shift
 
 RHO = 2710.0
 
@@ -94,7 +95,7 @@ def test_one_ring_by_numerical_integration():
     ring = {name: np.array(x) for name, x in ring.items()}
     side = 1.1e-3
     ring["m"] = 2 * np.pi * ring["r"] * ring["rho"] * side**2
-    ring["r"] = ring["r"] + side**2 / (24 * ring["r"])
+    ring["r"] = ring["r"] + ring_shift(ring["r"], side)
     pixel = 0.5e-3
     film = areal_density(ring, (-0.5e-3, 1.5e-3), 4e-3, pixel)
     # It reaches from z = -0.25 to 0.85 mm.

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from mpisph.analysis.ring_sections import ring_sections
+from mpisph.case import case_from_dict
+from mpisph.case.discretise import discretise
+from mpisph.case.shapes.section import ring_shift
 
 
 def rings(r, volume, rho=2700.0):
@@ -37,14 +40,22 @@ def test_away_from_the_axis_the_section_is_a_square_around_the_particle():
     assert ring.inner[0] == pytest.approx(6.75e-3)
 
 
-def test_the_rings_of_a_lattice_fill_it():
-    """Placed as at the start of a run, they touch from the axis on."""
+def test_the_rings_of_a_plate_fill_it():
+    """At the start of a run they touch, from the axis on."""
     dx = 0.3e-3
-    middle = (np.arange(30) + 0.5) * dx
-    ring = ring_sections(
-        rings(middle + dx**2 / (24.0 * middle), 2 * np.pi * middle * dx**2)
+    plate = {"shape": "plate", "name": "plate", "material": "al-lee2003"}
+    case = case_from_dict(
+        {
+            "title": "t",
+            "bodies": [plate | {"thickness": 2 * dx, "radius": 30 * dx}],
+            "time": {"end": 1e-6},
+            "resolution": {"spacing": dx, "nph": 1.5},
+        }
     )
-    np.testing.assert_allclose(ring.inner, np.arange(30) * dx, rtol=0.0, atol=1e-12)
+    p = discretise(case)
+    ring = ring_sections({"m": p.m, "r": p.r, "rho": p.rho})
+    column = np.argsort(np.argsort(p.r, kind="stable"), kind="stable") // 2
+    np.testing.assert_allclose(ring.inner, column * dx, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(ring.side, dx, rtol=1e-9)
 
 
@@ -56,6 +67,7 @@ def test_at_the_axis_it_is_a_disc_as_high_as_its_radius():
 
 
 def test_disc_and_square_meet():
-    near = ring_sections(rings([7e-3 / 12 - 1e-12, 7e-3 / 12 + 1e-12], np.pi * 1e-9))
+    innermost = 0.5e-3 + ring_shift(np.array(0.5e-3), 1e-3)
+    near = ring_sections(rings([innermost - 1e-12, innermost + 1e-12], np.pi * 1e-9))
     assert near.side == pytest.approx([1e-3, 1e-3], rel=1e-8)
     assert near.outer == pytest.approx([1e-3, 1e-3], rel=1e-8)

@@ -127,7 +127,7 @@ INNERMOST = 0.00767
 """Share of the fourth power of width over radius in the shift of a ring (R1)."""
 
 
-def ring_shift(middle: FloatArray, width: float) -> FloatArray:
+def ring_shift(middle: FloatArray, width: float | FloatArray) -> FloatArray:
     """Return how far beyond the middles of their sections rings start (R1) [m].
 
     The midpoint rule leaves ``width^2/24`` of a function's value on the axis, which
