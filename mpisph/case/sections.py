@@ -25,7 +25,13 @@ from mpisph.inputs.quantities import (
     TimeOffset,
     one_line,
 )
-from mpisph.materials.model import EquationOfState, Failure, Strength
+from mpisph.materials.model import (
+    Ductile,
+    EquationOfState,
+    Failure,
+    Strength,
+    Thermal,
+)
 from mpisph.physics.failure.minimum_pressure import MinimumPressure
 
 __all__ = [
@@ -135,10 +141,14 @@ class Scheme(FrozenModel):
     """Cut-off radius of the kernel over the smoothing length (R1)."""
     eos: EquationOfState = "mie-grueneisen"
     """Equation of state (R8) of all bodies and materials that name none."""
+    thermal: Thermal = "none"
+    """Thermal model (R13) of all materials that name none."""
     strength: Strength = "elastic-plastic"
-    """Strength model (R7) of all materials that name none."""
+    """Strength model (R7, R14, R15) of all materials that name none."""
     failure: Failure = "minimum-pressure"
-    """Failure model (R9) of all materials that name none."""
+    """Model of failure in tension (R9, R16, R17) of all materials that name none."""
+    ductile: Ductile = "none"
+    """Model of ductile failure (R18) of all materials that name none."""
     viscosity: Viscosity = Viscosity()
     """Artificial viscosity (R5)."""
     heat: Heat = Heat()

@@ -73,6 +73,19 @@ FIELDS = (
         False,
         True,
     ),
+    Field("plastic_work", "w_p", "J/kg", "plastic work", "history", False, False),
+    Field(
+        "ductile_damage",
+        "D_d",
+        "1",
+        "share of the strain to fracture used up",
+        "history",
+        False,
+        True,
+    ),
+    Field(
+        "damage", "D", "1", "lost share of tension and shear", "history", False, True
+    ),
     Field("du_r", "du_r/dt", "m/s2", "radial acceleration", "rate", False, False),
     Field("du_z", "du_z/dt", "m/s2", "axial acceleration", "rate", False, False),
     Field("drho", "drho/dt", "kg/m3/s", "rate of density", "rate", False, False),
@@ -87,6 +100,8 @@ FIELDS = (
     Field("c", "c", "m/s", "sound speed", "derived", True, False),
     Field("G", "G", "Pa", "shear modulus", "derived", False, False),
     Field("plastic", "plastic", "1", "1 while yielding", "derived", False, True),
+    Field("T", "T", "K", "temperature", "derived", False, True),
+    Field("melt", "f_m", "1", "molten share of the mass", "derived", False, True),
     Field("w_r", "w_r", "m/s", "u_r that the rates hold for", "derived", False, False),
     Field("w_z", "w_z", "m/s", "u_z that the rates hold for", "derived", False, False),
     Field("B_rr", "B_rr", "1", "correction of the gradient rr", "derived", True, False),
@@ -121,11 +136,13 @@ _RATE_NAMES = tuple(f.name for f in FIELDS if f.role == "rate")
 RATE: Any = _namedtuple("RATE", _RATE_NAMES)(*range(len(_RATE_NAMES)))
 """Row of each rate, by its name; that of an integrated field is the same."""
 
-RESPONSE = ("P", "c", "G", "plastic")
+RESPONSE = ("P", "c", "G", "plastic", "T", "melt")
 """Derived fields that material models set."""
 
+_GIVEN = ("id", "material", "m", "r", "div")
+
 MaterialState: Any = _namedtuple(
-    "MaterialState", ("material", *INTEGRATED, *HISTORY, *RESPONSE)
+    "MaterialState", (*_GIVEN, *INTEGRATED, *HISTORY, *RESPONSE)
 )
 """What material models read and set of particles, each of shape (n,)."""
 
@@ -197,7 +214,8 @@ class Particles:
         ahead = dict(zip(INTEGRATED, integrated, strict=True))
         history = {name: getattr(self, name).copy() for name in HISTORY}
         response = {name: np.empty(self.n) for name in RESPONSE}
-        return MaterialState(self.material, **ahead, **history, **response)
+        given = {name: getattr(self, name) for name in _GIVEN}
+        return MaterialState(**given, **ahead, **history, **response)
 
     @property
     def correction(self) -> FloatArray:

@@ -50,6 +50,9 @@ _DIMENSION_NAMES = {
     "Pa": "a pressure",
     "kg/m^3": "a density",
     "J/kg": "a specific energy",
+    "K": "a temperature",
+    "J/kg/K": "a specific heat",
+    "J/m^2": "an energy per area",
 }
 
 
@@ -75,6 +78,7 @@ gram = [mass] = g
 newton = kilogram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
 joule = newton * meter = J
+kelvin = [temperature] = K
 """
 """Units of nearly every case, in pint's language. To read all that pint knows takes
 0.15 s, at every start; so that is a second resort."""
@@ -300,4 +304,8 @@ PositivePressure = Annotated[float, Field(ge=1, le=1e15), Quantity("Pa")]
 NonNegativePressure = Annotated[float, Field(ge=0, le=1e15), Quantity("Pa")]
 TensionLimit = Annotated[float, Field(le=0), Quantity("Pa", minus_infinity=True)]
 Density = Annotated[float, Field(ge=1e-3, le=1e6), Quantity("kg/m^3")]
+NonNegativeEnergy = Annotated[float, Field(ge=0, le=1e15), Quantity("J/kg")]
+Temperature = Annotated[float, Field(ge=0, le=1e7), Quantity("K")]
+HeatCapacity = Annotated[float, Field(ge=1, le=1e6), Quantity("J/kg/K")]
+CrackEnergy = Annotated[float, Field(ge=0, le=1e9), Quantity("J/m^2")]
 SpecificEnergy = Annotated[float, Field(ge=1, le=1e15), Quantity("J/kg")]

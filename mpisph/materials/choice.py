@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from mpisph.materials.model import TABLES, EquationOfState, Failure, Material, Strength
+from mpisph.materials.model import (
+    TABLES,
+    Ductile,
+    EquationOfState,
+    Failure,
+    Material,
+    Strength,
+    Thermal,
+)
 from mpisph.physics.failure.minimum_pressure import MinimumPressure
-from mpisph.physics.response import MaterialModels
+from mpisph.physics.response import KINDS, MaterialModels
 
 
 class Defaults(Protocol):
@@ -17,12 +25,20 @@ class Defaults(Protocol):
         """Equation of state."""
 
     @property
+    def thermal(self) -> Thermal:
+        """Thermal model."""
+
+    @property
     def strength(self) -> Strength:
         """Strength model."""
 
     @property
     def failure(self) -> Failure:
-        """Failure model."""
+        """Model of failure in tension."""
+
+    @property
+    def ductile(self) -> Ductile:
+        """Model of ductile failure."""
 
     @property
     def p_min(self) -> MinimumPressure:
@@ -42,11 +58,8 @@ def chosen_models(
     eos : str, optional
         The choice of a body, which goes before that of the material.
     """
-    names = {
-        "eos": eos or material.eos or defaults.eos,
-        "strength": material.strength or defaults.strength,
-        "failure": material.failure or defaults.failure,
-    }
+    names = {kind: getattr(material, kind) or getattr(defaults, kind) for kind in KINDS}
+    names["eos"] = eos or names["eos"]
     constants = {
         "minimum-pressure": defaults.p_min,
         **{name: own for name in TABLES if (own := material.constants(name))},

@@ -15,12 +15,16 @@ from mpisph.physics.response import KINDS
 
 if TYPE_CHECKING:
     EquationOfState: TypeAlias = str
+    Thermal: TypeAlias = str
     Strength: TypeAlias = str
     Failure: TypeAlias = str
+    Ductile: TypeAlias = str
 else:
     EquationOfState = Literal[tuple(KINDS["eos"])]
+    Thermal = Literal[tuple(KINDS["thermal"])]
     Strength = Literal[tuple(KINDS["strength"])]
     Failure = Literal[tuple(KINDS["failure"])]
+    Ductile = Literal[tuple(KINDS["ductile"])]
 
 TABLES = {
     model.name: model.constants
@@ -59,10 +63,14 @@ class _Material(Sourced):
     """Elements by their fractions of the mass; radiographs alone need it."""
     eos: EquationOfState | None = None
     """Equation of state (R8); the scheme's, if left out."""
+    thermal: Thermal | None = None
+    """Thermal model (R13); the scheme's, if left out."""
     strength: Strength | None = None
-    """Strength model (R7); the scheme's, if left out."""
+    """Strength model (R7, R14, R15); the scheme's, if left out."""
     failure: Failure | None = None
-    """Failure model (R9); the scheme's, if left out."""
+    """Model of failure in tension (R9, R16, R17); the scheme's, if left out."""
+    ductile: Ductile | None = None
+    """Model of ductile failure (R18); the scheme's, if left out."""
 
     @model_validator(mode="after")
     def _check_composition(self) -> Self:

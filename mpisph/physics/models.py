@@ -5,9 +5,10 @@ which are a table of the same name in cards and cases, its equations, and a `Mod
 names them; its folder's ``MODELS`` lists it. All that depends on which models there are
 follows: choices, schema, messages, the table of constants, and the calls.
 
-Each equation of a model is a jitted function of ``(x, k, mat)``: the arrays of
-`particles.MaterialState`, the index of a particle, and its row of the table of
-constants, in which ``mat.NAME`` are the model's own.
+Each equation of a model is a jitted function of ``(x, k, mat)`` and what its folder
+names besides: the arrays of `particles.MaterialState`, the index of a particle, and its
+row of the table of constants, in which ``mat.NAME`` are the model's own. Equations of
+state take ``(rho, E, mat)``, for they are evaluated at other states too.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ class Model(NamedTuple):
     constants : type or None
         The model of its constants; None for a model without any.
     equations : mapping of str to callable
-        Its jitted functions of ``(x, k, mat)``; which there are is up to the folder.
+        Its jitted functions; which there are is up to the folder.
     """
 
     name: str
@@ -77,7 +78,7 @@ def choose(kind: str, equation: str, models: Mapping[str, Model]) -> Equation:
 
     It may be called from Python and from jitted functions, into which it is compiled as
     a chain of comparisons with the model's number; 2 ns a call with three models, and
-    the caller is kept in the disk cache.
+    the caller is kept in the disk cache. Its third argument is the material's row.
 
     Parameters
     ----------
@@ -90,8 +91,8 @@ def choose(kind: str, equation: str, models: Mapping[str, Model]) -> Equation:
     """
     functions = [model.equations[equation] for model in models.values()]
 
-    def chosen(x, k, mat):
-        return functions[getattr(mat, kind)](x, k, mat)
+    def chosen(x, k, mat, *more):
+        return functions[getattr(mat, kind)](x, k, mat, *more)
 
     *others, last = functions
     chain = _call(last)
@@ -99,26 +100,26 @@ def choose(kind: str, equation: str, models: Mapping[str, Model]) -> Equation:
         chain = _link(kind, number, function, chain)
 
     @overload(chosen, jit_options=INLINED)
-    def compiled(x, k, mat):
-        return lambda x, k, mat: chain(x, k, mat)
+    def compiled(x, k, mat, *more):
+        return lambda x, k, mat, *more: chain(x, k, mat, *more)
 
     return chosen
 
 
 def _call(function: Equation) -> Equation:
     @register_jitable(**INLINED)
-    def call(x, k, mat):
-        return function(x, k, mat)
+    def call(x, k, mat, *more):
+        return function(x, k, mat, *more)
 
     return call
 
 
 def _link(kind: str, number: int, function: Equation, rest: Equation) -> Equation:
     @register_jitable(**INLINED)
-    def link(x, k, mat):
+    def link(x, k, mat, *more):
         if getattr(mat, kind) == number:
-            return function(x, k, mat)
-        return rest(x, k, mat)
+            return function(x, k, mat, *more)
+        return rest(x, k, mat, *more)
 
     return link
 
@@ -151,7 +152,7 @@ def described(constants: Sourced) -> list[Constant]:
 def record_type(constants: type[Sourced]) -> np.dtype[Any]:
     """Return the structured type of a model's constants; words go by their number."""
     kinds = [
-        (name, np.int64 if _words(field) else np.float64)
+        (name, np.int64 if _words(field) or field.annotation is int else np.float64)
         for name, field in _fields(constants).items()
     ]
     return np.dtype((np.record, kinds))

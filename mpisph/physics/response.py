@@ -12,23 +12,33 @@ from numba import njit
 
 from mpisph.core.jit import EXACT
 from mpisph.inputs.sourced import Sourced
-from mpisph.physics import eos, failure, strength
+from mpisph.physics import ductile, eos, failure, strength, thermal
+from mpisph.physics.cracks import crack_growth, ring_size
+from mpisph.physics.ductile import used_up
 from mpisph.physics.eos import pressure
-from mpisph.physics.failure import limit_pressure
+from mpisph.physics.failure import damage_growth, limit_pressure
+from mpisph.physics.isentrope import ISENTROPE, fill_isentrope
 from mpisph.physics.models import Model, record, record_type
 from mpisph.physics.sound import sound_speed
-from mpisph.physics.strength import shear_modulus, yield_stress
-from mpisph.physics.stress import equivalent_stress, plastic_increment, yield_factor
+from mpisph.physics.strength import flow_stress, shear_modulus
+from mpisph.physics.stress import equivalent_stress
+from mpisph.physics.thermal import temperature
 
 MaterialTable = npt.NDArray[np.void]
 """Structured array of the constants of all models, one row a material."""
 
 KINDS: Mapping[str, Mapping[str, Model]] = {
     "eos": eos.MODELS,
+    "thermal": thermal.MODELS,
     "strength": strength.MODELS,
     "failure": failure.MODELS,
+    "ductile": ductile.MODELS,
 }
 """All models, by kind and name."""
+
+MOST_ITERATIONS = 20
+ROUNDING = 1e-14
+"""Newton's method for the plastic increment ends at a change below this share."""
 
 
 class MaterialModels(NamedTuple):
@@ -64,6 +74,7 @@ def table_type() -> np.dtype[Any]:
         ("rho0", np.float64),
         ("bulk_sound_speed", np.float64),
         ("gas", np.bool_),
+        ("isentrope", ISENTROPE),
     ]
     numbers = [(kind, np.int64) for kind in KINDS]
     models = [
@@ -93,12 +104,48 @@ def material_table(materials: Sequence[MaterialModels]) -> MaterialTable:
             row[kind] = list(models).index(chosen.name)
             if chosen.constants is not None:
                 row[chosen.attribute] = record(material.constants[chosen.name])
+        if material.names["thermal"] != "none":
+            fill_isentrope(
+                row, material.constants["heat-capacity"].reference_temperature
+            )
     return table
 
 
 @njit(**EXACT)
-def respond(x, table, sound_speed_floor):
-    """Set P, c and G (R7-R9), and bring the stress back to the yield surface (R7).
+def plastic_return(x, k, mat, stress, dt):
+    """Return the factor of the stress and the plastic strain of a return to yield (R7).
+
+    The strain that the stress gives up, ``stress - Y = 3 G increment``, is that by which
+    the material hardens: solved by Newton's method from the increment without hardening,
+    which is an upper bound.
+
+    Parameters
+    ----------
+    stress : float
+        Equivalent stress before the return, over the sound share [Pa].
+    dt : float
+        Time that the increment takes [s].
+    """
+    Y, slope = flow_stress(x, k, mat, 0.0, dt)
+    if stress <= Y:
+        return 1.0, 0.0
+    stiffness = 3.0 * x.G[k]
+    if stiffness <= 0.0:
+        return Y / stress, 0.0
+    bound = (stress - Y) / stiffness
+    increment = bound
+    for _ in range(MOST_ITERATIONS):
+        Y, slope = flow_stress(x, k, mat, increment, dt)
+        change = (stress - Y - stiffness * increment) / (stiffness + slope)
+        increment = min(max(increment + change, 0.0), bound)
+        if abs(change) <= ROUNDING * bound:
+            break
+    return Y / stress, increment
+
+
+@njit(**EXACT)
+def respond(x, table, sound_speed_floor, dt):
+    """Set the response to the state, and bring the stress back to yield (R7-R9, R13-R18).
 
     Parameters
     ----------
@@ -107,20 +154,40 @@ def respond(x, table, sound_speed_floor):
     table : structured ndarray
     sound_speed_floor : float
         Smallest sound speed in units of the bulk sound speed.
+    dt : float
+        Time since the last response that was kept [s].
     """
     for k in range(x.material.size):
         mat = table[x.material[k]]
-        P, dP_drho, dP_dE = pressure(x, k, mat)
-        floor = sound_speed_floor * mat.bulk_sound_speed
+        P, dP_drho, dP_dE = pressure(x.rho[k], x.E[k], mat)
         x.P[k] = P
+        x.T[k], x.melt[k] = temperature(x, k, mat)
+        x.G[k] = shear_modulus(x, k, mat)
         x.P[k] = limit_pressure(x, k, mat)
-        x.c[k] = sound_speed(x.rho[k], x.P[k], dP_drho, dP_dE, floor)
         torn = x.P[k] > P  # such matter carries no shear either
-        x.G[k] = 0.0 if torn else shear_modulus(x, k, mat)
+        sound = 0.0 if torn else (1.0 - x.damage[k]) * (1.0 - x.melt[k])
         stress = equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
-        factor = yield_factor(stress, 0.0 if torn else yield_stress(x, k, mat))
+        factor, increment = 1.0, 0.0
+        if sound > 0.0:
+            factor, increment = plastic_return(x, k, mat, stress / sound, dt)
+        elif stress > 0.0:
+            factor = 0.0
         x.plastic[k] = 1.0 if factor < 1.0 else 0.0
-        x.plastic_strain[k] += plastic_increment(stress, factor, x.G[k])
+        x.plastic_strain[k] += increment
+        x.plastic_work[k] += factor * stress * increment / x.rho[k]
         x.S_rr[k] *= factor
         x.S_zz[k] *= factor
         x.S_rz[k] *= factor
+        if x.P[k] < 0.0 and not torn:
+            x.P[k] *= sound
+        floor = sound_speed_floor * mat.bulk_sound_speed
+        x.c[k] = sound_speed(x.rho[k], x.P[k], dP_drho, dP_dE, floor)
+        x.ductile_damage[k] += used_up(x, k, mat, increment, dt)
+        if x.damage[k] < 1.0:
+            growth = damage_growth(x, k, mat, dt)
+            if x.ductile_damage[k] >= 1.0:
+                size = ring_size(x.m[k], x.r[k], x.rho[k])
+                crack = crack_growth(x.c[k], x.G[k], x.rho[k], size, dt)
+                growth = max(growth, crack)
+            x.damage[k] = min(x.damage[k] + growth, 1.0)
+        x.G[k] *= sound

@@ -39,35 +39,3 @@ def equivalent_stress(S_rr, S_zz, S_rz):
     S_tt = -(S_rr + S_zz)
     J2 = 0.5 * (S_rr * S_rr + S_zz * S_zz + S_tt * S_tt) + S_rz * S_rz
     return math.sqrt(3.0 * J2)
-
-
-@njit(**EXACT)
-def yield_factor(stress, Y):
-    """Return the factor <= 1 that brings S back to the yield surface (R7).
-
-    Parameters
-    ----------
-    stress : float
-        Equivalent stress of S [Pa].
-    Y : float
-        Yield stress [Pa].
-    """
-    return Y / stress if stress > Y else 1.0
-
-
-@njit(**EXACT)
-def plastic_increment(stress, factor, G):
-    """Return the equivalent plastic strain of a return to the yield surface (R7).
-
-    The elastic strain that the stress gives up: ``(1 - factor) stress/(3 G)``.
-
-    Parameters
-    ----------
-    stress : float
-        Equivalent stress before the return [Pa].
-    factor : float
-        Of `yield_factor`.
-    G : float
-        Shear modulus [Pa]; without one there is no strain to speak of.
-    """
-    return (1.0 - factor) * stress / (3.0 * G) if G > 0.0 else 0.0

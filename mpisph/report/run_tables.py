@@ -38,8 +38,10 @@ _PAIR_FORMS = {
 
 _KIND_NAMES = {
     "eos": "equation of state",
+    "thermal": "temperature",
     "strength": "strength",
-    "failure": "failure",
+    "failure": "failure in tension",
+    "ductile": "ductile failure",
 }
 assert _KIND_NAMES.keys() == KINDS.keys()
 

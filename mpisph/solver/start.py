@@ -100,7 +100,9 @@ def start_from(
     sim = make_simulation(case, comm, particles, n_total, cut, scales)
     sim.time = time
     sim.particles.correction[:] = np.array(UNITY)[:, None]
-    respond(sim.particles.material_state(), sim.table, sim.scheme.sound_speed_floor)
+    respond(
+        sim.particles.material_state(), sim.table, sim.scheme.sound_speed_floor, 0.0
+    )
     rank_boxes = reduce_state(sim, NO_STEP).rank_boxes
     # Rates need the divergence and the correction of their own time: these come first.
     for _ in range(2):

@@ -137,7 +137,7 @@ def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
     with sim.timers.measure("stepping"):
         kick(p, after)
     with sim.timers.measure("materials"):
-        respond(p.material_state(), sim.table, sim.scheme.sound_speed_floor)
+        respond(p.material_state(), sim.table, sim.scheme.sound_speed_floor, dt)
     sim.time += dt
     sim.step += 1
     sim.dt = dt
@@ -170,7 +170,7 @@ def evaluate_rates(
         state = p.material_state(predict(p, after))
         p.w_r[:], p.w_z[:] = state.u_r, state.u_z
     with sim.timers.measure("materials"):
-        respond(state, sim.table, scheme.sound_speed_floor)
+        respond(state, sim.table, scheme.sound_speed_floor, dt)
     with sim.timers.measure("halo"):
         fields = _with_ghosts(sim, {**state._asdict(), **ahead}, rank_boxes)
         G = state.G

@@ -32,8 +32,8 @@ def ideal_gas(rho, E, gamma):
 
 
 @njit(**ENTRY)
-def _pressure(x, k, mat):
-    return ideal_gas(x.rho[k], x.E[k], mat.ideal_gas.gamma)
+def _pressure(rho, E, mat):
+    return ideal_gas(rho, E, mat.ideal_gas.gamma)
 
 
 MODEL = Model("ideal-gas", "ideal gas", IdealGas, {"pressure": _pressure})

@@ -28,8 +28,8 @@ def linear(rho, rho0, K):
 
 
 @njit(**ENTRY)
-def _pressure(x, k, mat):
-    return linear(x.rho[k], mat.rho0, mat.linear.bulk_modulus)
+def _pressure(rho, E, mat):
+    return linear(rho, mat.rho0, mat.linear.bulk_modulus)
 
 
 MODEL = Model("linear", "linear", Linear, {"pressure": _pressure})

@@ -62,8 +62,8 @@ def mie_grueneisen(rho, E, rho0, constants):
 
 
 @njit(**ENTRY)
-def _pressure(x, k, mat):
-    return mie_grueneisen(x.rho[k], x.E[k], mat.rho0, mat.mie_grueneisen)
+def _pressure(rho, E, mat):
+    return mie_grueneisen(rho, E, mat.rho0, mat.mie_grueneisen)
 
 
 MODEL = Model("mie-grueneisen", "Mie-Grüneisen", MieGrueneisen, {"pressure": _pressure})

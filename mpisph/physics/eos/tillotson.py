@@ -124,8 +124,8 @@ def tillotson(rho, E, rho0, mat):
 
 
 @njit(**ENTRY)
-def _pressure(x, k, mat):
-    return tillotson(x.rho[k], x.E[k], mat.rho0, mat.tillotson)
+def _pressure(rho, E, mat):
+    return tillotson(rho, E, mat.rho0, mat.tillotson)
 
 
 MODEL = Model("tillotson", "Tillotson", Tillotson, {"pressure": _pressure})

@@ -12,6 +12,7 @@ from numba import njit
 from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import TensionLimit
 from mpisph.inputs.sourced import Sourced
+from mpisph.physics.failure.none import no_growth
 from mpisph.physics.models import Model
 
 CLAMP = 0
@@ -46,5 +47,5 @@ MODEL = Model(
     "minimum-pressure",
     "minimum pressure",
     MinimumPressure,
-    {"limit_pressure": _limit_pressure},
+    {"limit_pressure": _limit_pressure, "damage_growth": no_growth},
 )

@@ -34,13 +34,13 @@ def _shear_modulus(x, k, mat):
 
 
 @njit(**ENTRY)
-def _yield_stress(x, k, mat):
-    return mat.elastic_plastic.yield_strength
+def _flow_stress(x, k, mat, increment, dt):
+    return mat.elastic_plastic.yield_strength, 0.0
 
 
 MODEL = Model(
     "elastic-plastic",
     "elastic, perfectly plastic",
     ElasticPlastic,
-    {"shear_modulus": _shear_modulus, "yield_stress": _yield_stress},
+    {"shear_modulus": _shear_modulus, "flow_stress": _flow_stress},
 )

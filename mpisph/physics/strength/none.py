@@ -7,8 +7,15 @@ from mpisph.physics.models import Model
 
 
 @njit(**ENTRY)
-def _zero(x, k, mat):
+def _shear_modulus(x, k, mat):
     return 0.0
 
 
-MODEL = Model("none", "none", None, {"shear_modulus": _zero, "yield_stress": _zero})
+@njit(**ENTRY)
+def _flow_stress(x, k, mat, increment, dt):
+    return 0.0, 0.0
+
+
+MODEL = Model(
+    "none", "none", None, {"shear_modulus": _shear_modulus, "flow_stress": _flow_stress}
+)

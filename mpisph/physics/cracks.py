@@ -1,0 +1,47 @@
+"""How damage spreads once it has begun: common to all failure models (R16).
+
+References
+----------
+Benz, Asphaug (1995), Comput. Phys. Commun. 87, 253: the speed of cracks.
+"""
+
+import math
+
+from numba import njit
+
+from mpisph.core.jit import EXACT
+
+CRACK_SPEED = 0.4
+"""Speed of a crack over that of longitudinal waves."""
+
+
+@njit(**EXACT)
+def crack_growth(c, G, rho, size, dt):
+    """Return the damage that a crack does in a time [s] as it crosses a particle (R16).
+
+    Parameters
+    ----------
+    c : float
+        Bulk sound speed [m/s].
+    G : float
+        Shear modulus [Pa].
+    rho : float
+        Density [kg/m3].
+    size : float
+        Of the particle [m].
+    """
+    return CRACK_SPEED * math.sqrt(c * c + 4.0 * G / (3.0 * rho)) * dt / size
+
+
+@njit(**EXACT)
+def largest_principal_stress(P, S_rr, S_zz, S_rz):
+    """Return the largest principal stress, tension positive [Pa]."""
+    middle, half = 0.5 * (S_rr + S_zz), 0.5 * (S_rr - S_zz)
+    in_plane = middle + math.sqrt(half * half + S_rz * S_rz)
+    return max(in_plane, -(S_rr + S_zz)) - P
+
+
+@njit(**EXACT)
+def ring_size(m, r, rho):
+    """Return the side of a ring's section [m]."""
+    return math.sqrt(m / (2.0 * math.pi * r * rho))

@@ -1,0 +1,18 @@
+"""Ductile failure: one file a model (R18).
+
+The equation ``used_up(x, k, mat, increment, dt)`` of a model returns the share of the
+strain to fracture that an increment of the equivalent plastic strain, within a time
+[s], uses up.
+"""
+
+from mpisph.physics.models import choose, load_models
+
+MODELS = load_models(
+    __name__,
+    [
+        "none",
+        "johnson_cook_damage",
+    ],
+)
+
+used_up = choose("ductile", "used_up", MODELS)

@@ -1,0 +1,106 @@
+"""Johnson-Cook: plastic strain to fracture by triaxiality, rate and temperature (R18).
+
+References
+----------
+Johnson, Cook (1985), Eng. Fract. Mech. 21, 31.
+"""
+
+import math
+from typing import Annotated
+
+from numba import njit
+from pydantic import Field, model_validator
+
+from mpisph.core.jit import ENTRY, EXACT
+from mpisph.inputs.quantities import Quantity, Temperature
+from mpisph.inputs.sourced import Sourced
+from mpisph.physics.models import Model
+from mpisph.physics.strength.johnson_cook import homologous_temperature
+from mpisph.physics.stress import equivalent_stress
+
+Coefficient = Annotated[float, Field(ge=-100, le=100), Quantity("")]
+
+LOWEST_TRIAXIALITY, HIGHEST_TRIAXIALITY = -10.0, 1.5
+"""Mean stress over equivalent stress within which the law is taken."""
+
+UNIAXIAL = 1.0 / 3.0
+"""Triaxiality of a bar in tension."""
+
+
+class JohnsonCookDamage(Sourced):
+    """Constants of Johnson-Cook's strain to fracture (R18)."""
+
+    D1: Coefficient
+    """Strain to fracture without the term of triaxiality."""
+    D2: Coefficient
+    """Coefficient of the term of triaxiality."""
+    D3: Coefficient
+    """Exponent of triaxiality, mean stress (tension positive) over equivalent stress."""
+    D4: Coefficient
+    """Coefficient of the logarithm of the strain rate."""
+    D5: Coefficient
+    """Coefficient of temperature."""
+    melting_temperature: Temperature
+    """Temperature at which the homologous temperature is one."""
+    reference_temperature: Temperature = 298.0
+    """Temperature at which it is zero."""
+    reference_rate: Annotated[float, Field(gt=0, le=1e12), Quantity("1/s")] = 1.0
+    """Strain rate up to which rate does not count."""
+    least_strain: Annotated[float, Field(gt=0, le=10), Quantity("")] = 0.01
+    """What the strain to fracture is at least."""
+
+    @model_validator(mode="after")
+    def _check_fracture(self) -> "JohnsonCookDamage":
+        """Refuse constants by which a bar in tension breaks at once."""
+        if self.melting_temperature <= self.reference_temperature:
+            raise ValueError(
+                "melting_temperature must exceed reference_temperature = "
+                f"{self.reference_temperature:g} K, got {self.melting_temperature:g}"
+            )
+        strain = self.D1 + self.D2 * math.exp(self.D3 * UNIAXIAL)
+        if strain <= 0.0:
+            raise ValueError(
+                f"D1, D2, D3: a bar in tension would break at a strain of {strain:g}; "
+                "expected D1 + D2 exp(D3/3) above zero"
+            )
+        return self
+
+
+@njit(**EXACT)
+def fracture_strain(triaxiality, rate, T, mat):
+    """Return the equivalent plastic strain to fracture (R18).
+
+    Parameters
+    ----------
+    triaxiality : float
+        Mean stress, tension positive, over equivalent stress.
+    rate : float
+        Of the plastic strain [1/s].
+    T : float
+        Temperature [K].
+    mat : record of JohnsonCookDamage
+    """
+    hot = homologous_temperature(T, mat.reference_temperature, mat.melting_temperature)
+    fast = math.log(max(rate / mat.reference_rate, 1.0))
+    within = min(max(triaxiality, LOWEST_TRIAXIALITY), HIGHEST_TRIAXIALITY)
+    shape = mat.D1 + mat.D2 * math.exp(mat.D3 * within)
+    strain = shape * (1.0 + mat.D4 * fast) * (1.0 + mat.D5 * hot)
+    return max(strain, mat.least_strain)
+
+
+@njit(**ENTRY)
+def _used_up(x, k, mat, increment, dt):
+    stress = equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
+    triaxiality = -x.P[k] / stress if stress > 0.0 else LOWEST_TRIAXIALITY
+    rate = increment / dt if dt > 0.0 else 0.0
+    return increment / fracture_strain(
+        triaxiality, rate, x.T[k], mat.johnson_cook_damage
+    )
+
+
+MODEL = Model(
+    "johnson-cook-damage",
+    "Johnson-Cook damage",
+    JohnsonCookDamage,
+    {"used_up": _used_up},
+)

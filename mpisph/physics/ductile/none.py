@@ -1,0 +1,14 @@
+"""Matter that bears any plastic strain."""
+
+from numba import njit
+
+from mpisph.core.jit import ENTRY
+from mpisph.physics.models import Model
+
+
+@njit(**ENTRY)
+def _used_up(x, k, mat, increment, dt):
+    return 0.0
+
+
+MODEL = Model("none", "none", None, {"used_up": _used_up})

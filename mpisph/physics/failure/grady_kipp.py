@@ -1,0 +1,113 @@
+"""Grady-Kipp: brittle matter breaks from flaws that its strain activates (R17).
+
+Flaws whose activation strain is below eps are spread as ``k eps^m`` a volume (Weibull).
+Each particle draws its own, in the order of their strains, from a generator that its
+number seeds: the same on any number of ranks, and never stored.
+
+References
+----------
+Grady, Kipp (1980), Int. J. Rock Mech. Min. Sci. 17, 147.
+Benz, Asphaug (1995), Comput. Phys. Commun. 87, 253.
+"""
+
+import math
+from typing import Annotated
+
+import numpy as np
+from numba import njit
+from pydantic import Field, Strict
+
+from mpisph.core.jit import ENTRY, EXACT
+from mpisph.inputs.quantities import Positive, Quantity
+from mpisph.inputs.sourced import Sourced
+from mpisph.physics.cracks import crack_growth, largest_principal_stress, ring_size
+from mpisph.physics.failure.none import unlimited
+from mpisph.physics.models import Model
+
+
+class GradyKipp(Sourced):
+    """Constants of brittle failure from flaws (R17)."""
+
+    k: Annotated[float, Field(gt=0, le=1e300), Quantity("1/m^3")]
+    """Coefficient of Weibull's law."""
+    m: Positive
+    """Exponent of Weibull's law."""
+    seed: Annotated[int, Strict(), Field(ge=0, lt=2**31)] = 0
+    """Another seed gives other flaws."""
+
+
+MOST_FLAWS = 64
+"""Active flaws that are counted one by one; more are taken as their mean."""
+
+
+@njit(**EXACT)
+def uniform(seed, number, draw):
+    """Return a number within 0 and 1, the same for the same three integers (R17).
+
+    The finaliser of SplitMix64 (Steele, Lea, Flood 2014), once for each of them.
+    """
+    x = np.uint64(0)
+    for word in (np.uint64(seed), np.uint64(number), np.uint64(draw)):
+        x = (x ^ word) + np.uint64(0x9E3779B97F4A7C15)
+        x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        x ^= x >> np.uint64(31)
+    return (np.float64(x >> np.uint64(11)) + 0.5) * 2.0**-53
+
+
+@njit(**EXACT)
+def active_flaws(seed, number, expected):
+    """Return how many flaws of a particle are active (R17).
+
+    Parameters
+    ----------
+    seed, number : int
+        Of the material, and of the particle.
+    expected : float
+        Their mean, ``k V eps^m``: the arrivals of a Poisson process up to there.
+    """
+    if expected > MOST_FLAWS:
+        return expected
+    reached, n = 0.0, 0
+    while True:
+        reached -= math.log(uniform(seed, number, n))
+        if reached > expected:
+            return float(n)
+        n += 1
+
+
+@njit(**EXACT)
+def damage_of_flaws(damage, n, growth):
+    """Return the damage after n cracks have grown (R17).
+
+    ``d D^(1/3)/dt = n c_g/R``: the cube root is the length of the cracks over the
+    particle's radius, and `growth` its rise for one crack.
+    """
+    return min(np.cbrt(damage) + n * growth, 1.0) ** 3
+
+
+@njit(**ENTRY)
+def _damage_growth(x, k, mat, dt):
+    sound = 1.0 - x.damage[k]
+    tension = largest_principal_stress(x.P[k], x.S_rr[k], x.S_zz[k], x.S_rz[k])
+    if tension <= 0.0 or sound <= 0.0:
+        return 0.0
+    bulk, G = mat.rho0 * mat.bulk_sound_speed**2, x.G[k]
+    young = 9.0 * bulk * G / (3.0 * bulk + G)
+    if young <= 0.0:
+        return 0.0
+    flaws = mat.grady_kipp
+    strain = tension / (sound * young)
+    expected = flaws.k * x.m[k] / mat.rho0 * strain**flaws.m
+    n = active_flaws(flaws.seed, x.id[k], expected)
+    radius = np.cbrt(0.75 / math.pi) * ring_size(x.m[k], x.r[k], x.rho[k])
+    growth = crack_growth(x.c[k], G, x.rho[k], radius, dt)
+    return damage_of_flaws(x.damage[k], n, growth) - x.damage[k]
+
+
+MODEL = Model(
+    "grady-kipp",
+    "Grady-Kipp",
+    GradyKipp,
+    {"limit_pressure": unlimited, "damage_growth": _damage_growth},
+)

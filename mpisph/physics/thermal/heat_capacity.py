@@ -1,0 +1,87 @@
+"""Constant heat capacity above the isentrope, and melting by Lindemann's law (R13).
+
+References
+----------
+Steinberg, Cochran, Guinan (1980), J. Appl. Phys. 51, 1498: the melting temperature.
+"""
+
+import math
+from typing import Annotated
+
+from numba import njit
+from pydantic import Field
+
+from mpisph.core.jit import ENTRY, EXACT
+from mpisph.inputs.quantities import (
+    Fraction,
+    HeatCapacity,
+    NonNegativeEnergy,
+    Quantity,
+    Temperature,
+)
+from mpisph.inputs.sourced import Sourced
+from mpisph.physics.isentrope import on_isentrope
+from mpisph.physics.models import Model
+
+
+class HeatCapacityModel(Sourced):
+    """Constants of temperature and melting (R13)."""
+
+    heat_capacity: HeatCapacity
+    """Specific heat."""
+    reference_temperature: Temperature = 300.0
+    """Temperature at the reference density and zero internal energy."""
+    melting_temperature: Temperature
+    """Melting temperature at the reference density."""
+    heat_of_fusion: NonNegativeEnergy = 0.0
+    """Latent heat of melting."""
+    melting_gamma: Annotated[float, Field(ge=0, le=20), Quantity("")] = 1.0 / 3.0
+    """Grueneisen parameter of Lindemann's law; 1/3 with a slope of 0: no rise."""
+    melting_slope: Annotated[float, Field(ge=0, le=20), Quantity("")] = 0.0
+    """First-order volume correction of that parameter, Steinberg's a."""
+    heating_share: Fraction = 1.0
+    """Share of the plastic work that becomes heat (Taylor-Quinney)."""
+
+
+@njit(**EXACT)
+def melting_temperature(eta, T_m0, gamma, slope):
+    """Return the melting temperature at ``eta = rho/rho0`` (R13) [K].
+
+    Lindemann's law for ``Gamma = gamma - slope (1 - 1/eta)``; constant in expansion.
+    """
+    if eta <= 1.0:
+        return T_m0
+    power = 2.0 * (gamma - slope - 1.0 / 3.0)
+    return T_m0 * math.exp(2.0 * slope * (1.0 - 1.0 / eta)) * eta**power
+
+
+@njit(**EXACT)
+def share_molten(T, T_m, heat_capacity, heat_of_fusion):
+    """Return temperature and molten share of what would be at T without melting (R13)."""
+    if T <= T_m:
+        return T, 0.0
+    excess = heat_capacity * (T - T_m)
+    if excess < heat_of_fusion:
+        return T_m, excess / heat_of_fusion
+    return T - heat_of_fusion / heat_capacity, 1.0
+
+
+@njit(**ENTRY)
+def _temperature(x, k, mat):
+    thermal = mat.heat_capacity
+    eta = x.rho[k] / mat.rho0
+    E_s, T_s = on_isentrope(eta, mat.isentrope)
+    stored = (1.0 - thermal.heating_share) * x.plastic_work[k]
+    T = T_s + (x.E[k] - E_s - stored) / thermal.heat_capacity
+    T_m = melting_temperature(
+        eta, thermal.melting_temperature, thermal.melting_gamma, thermal.melting_slope
+    )
+    return share_molten(T, T_m, thermal.heat_capacity, thermal.heat_of_fusion)
+
+
+MODEL = Model(
+    "heat-capacity",
+    "constant heat capacity",
+    HeatCapacityModel,
+    {"temperature": _temperature},
+)
