@@ -1,8 +1,8 @@
 """The isentrope through the reference state (R13): the cold curve of temperatures.
 
-It is integrated once for each material, for any equation of state, and then read between
-its nodes. In expansion it is left at its start: what sound matter stores in tension is
-worth a few kelvins, and in matter that has failed solid pieces stand at P = 0.
+It is integrated once for each material, for any equation of state, and then read
+between its nodes. In expansion it is left at its start: what sound matter stores in
+tension is worth a few kelvins, and in failed matter solid pieces stand at P = 0.
 """
 
 import numpy as np
@@ -19,9 +19,8 @@ LARGEST_COMPRESSION = 0.6
 
 _SUBSTEPS = 8
 
-ISENTROPE = np.dtype(
-    (np.record, [(n, np.float64, (NODES,)) for n in ("E", "dE", "T", "dT")])
-)
+_COLUMNS = ("E", "dE", "T", "dT")
+ISENTROPE = np.dtype((np.record, [(n, np.float64, (NODES,)) for n in _COLUMNS]))
 """Energy [J/kg] and temperature over ``x = 1 - rho0/rho``, and their slopes."""
 
 

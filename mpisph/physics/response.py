@@ -105,19 +105,18 @@ def material_table(materials: Sequence[MaterialModels]) -> MaterialTable:
             if chosen.constants is not None:
                 row[chosen.attribute] = record(material.constants[chosen.name])
         if material.names["thermal"] != "none":
-            fill_isentrope(
-                row, material.constants["heat-capacity"].reference_temperature
-            )
+            thermal_constants: Any = material.constants[material.names["thermal"]]
+            fill_isentrope(row, thermal_constants.reference_temperature)
     return table
 
 
 @njit(**EXACT)
 def plastic_return(x, k, mat, stress, dt):
-    """Return the factor of the stress and the plastic strain of a return to yield (R7).
+    """Return the factor of the stress and the plastic strain of its return (R7).
 
-    The strain that the stress gives up, ``stress - Y = 3 G increment``, is that by which
-    the material hardens: solved by Newton's method from the increment without hardening,
-    which is an upper bound.
+    The strain that the stress gives up, ``stress - Y = 3 G increment``, is that by
+    which the material hardens: solved by Newton's method from the increment without
+    hardening, which is an upper bound.
 
     Parameters
     ----------
@@ -145,7 +144,7 @@ def plastic_return(x, k, mat, stress, dt):
 
 @njit(**EXACT)
 def respond(x, table, sound_speed_floor, dt):
-    """Set the response to the state, and bring the stress back to yield (R7-R9, R13-R18).
+    """Set the response to the state; bring the stress back to yield (R7-R9, R13-R18).
 
     Parameters
     ----------

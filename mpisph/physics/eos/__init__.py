@@ -1,9 +1,9 @@
 """Equations of state: one file a model (R8).
 
 The equation ``pressure(rho, E, mat)`` of a model returns the pressure [Pa] and its
-derivatives by density and by energy; the sound speed follows from them in one place. Its constants
-have a method ``bulk_sound_speed(rho0)``, the sound speed at rest [m/s], or for a gas a
-typical one.
+derivatives by density and by energy; the sound speed follows from them in one place.
+Its constants have a method ``bulk_sound_speed(rho0)``, the sound speed at rest [m/s],
+or for a gas a typical one.
 
 References
 ----------

@@ -1,9 +1,9 @@
 """Failure in tension: one file a model (R9, R16).
 
-Equations of a model: ``limit_pressure(x, k, mat)``, what is left of the pressure ``x.P``
-that the equation of state gives [Pa]; where it is more, matter is torn for that step.
-``damage_growth(x, k, mat, dt)``: by how much the damage grows within a time [s], from
-the stress that matter bears now.
+Equations of a model: ``limit_pressure(x, k, mat)``, what is left of the pressure
+``x.P`` that the equation of state gives [Pa]; where it is more, matter is torn for that
+step. ``damage_growth(x, k, mat, dt)``: by how much the damage grows within a time [s],
+from the stress that matter bears now.
 """
 
 from mpisph.physics.models import choose, load_models

@@ -1,7 +1,7 @@
 """Spall: matter parts where its tension reaches a strength (R16).
 
-The damage then grows while the crack opens: no faster than a crack crosses the particle,
-and no faster than its energy allows. Its memory is the damage.
+The damage then grows while the crack opens: no faster than a crack crosses the
+particle, and no faster than its energy allows. Its memory is the damage.
 """
 
 from typing import Literal
@@ -34,8 +34,8 @@ class Spall(Sourced):
 def opening_growth(div, size, strength, crack_energy, dt):
     """Return the damage of a crack that opens with its particle (R16).
 
-    The tension falls in proportion to the opening from the strength to zero, so that the
-    crack takes ``crack_energy`` by an opening of twice that over the strength.
+    The tension falls in proportion to the opening from the strength to zero, so that
+    the crack takes ``crack_energy`` by an opening of twice that over the strength.
 
     Parameters
     ----------

@@ -88,11 +88,8 @@ def johnson_cook(strain, rate, T, mat):
     if ratio <= 1.0:
         return hardened * thermal, slope * thermal, 0.0
     fast = 1.0 + mat.C * math.log(ratio)
-    return (
-        hardened * fast * thermal,
-        slope * fast * thermal,
-        hardened * mat.C * thermal / rate,
-    )
+    Y = hardened * thermal
+    return Y * fast, slope * fast * thermal, Y * mat.C / rate
 
 
 @njit(**ENTRY)

@@ -57,7 +57,7 @@ def melting_temperature(eta, T_m0, gamma, slope):
 
 @njit(**EXACT)
 def share_molten(T, T_m, heat_capacity, heat_of_fusion):
-    """Return temperature and molten share of what would be at T without melting (R13)."""
+    """Return temperature and molten share of what had T without melting (R13)."""
     if T <= T_m:
         return T, 0.0
     excess = heat_capacity * (T - T_m)

@@ -1,6 +1,4 @@
-"""No temperature is known, and nothing melts."""
-
-import math
+"""No temperature is known: it is zero, and nothing melts."""
 
 from numba import njit
 
@@ -10,7 +8,7 @@ from mpisph.physics.models import Model
 
 @njit(**ENTRY)
 def _temperature(x, k, mat):
-    return math.nan, 0.0
+    return 0.0, 0.0
 
 
 MODEL = Model("none", "none", None, {"temperature": _temperature})
