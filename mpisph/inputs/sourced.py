@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
@@ -17,6 +17,9 @@ class Sourced(FrozenModel):
     A number may be given bare, or as ``{ value = ..., source = "..." }``; the
     second form is split into the number and an entry of `sources`.
     """
+
+    DERIVED: ClassVar[tuple[str, ...]] = ()
+    """Properties that follow from the numbers, for those who calculate with them."""
 
     sources: dict[str, Source] = Field(default_factory=dict, max_length=100)
     """Where each number comes from, by key."""

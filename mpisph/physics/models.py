@@ -155,6 +155,7 @@ def record_type(constants: type[Sourced]) -> np.dtype[Any]:
         (name, np.int64 if _words(field) or field.annotation is int else np.float64)
         for name, field in _fields(constants).items()
     ]
+    kinds += [(name, np.float64) for name in constants.DERIVED]
     return np.dtype((np.record, kinds))
 
 
@@ -162,7 +163,8 @@ def record(constants: Sourced) -> tuple[float, ...]:
     """Return constants in the order of `record_type`."""
     fields = _fields(type(constants))
     values = ((getattr(constants, name), _words(fields[name])) for name in fields)
-    return tuple(words.index(v) if words else v for v, words in values)
+    given = tuple(words.index(v) if words else v for v, words in values)
+    return given + tuple(getattr(constants, name) for name in constants.DERIVED)
 
 
 def _fields(constants: type[Sourced]) -> dict[str, FieldInfo]:

@@ -1,7 +1,17 @@
-"""The Mie-Grueneisen equation of state on the Hugoniot of U_s = c0 + slope u_p (R8)."""
+"""The Mie-Grueneisen equation of state on the Hugoniot of a shocked solid (R8).
 
-from typing import Annotated
+``U_s = c0 + s u_p + s2 (u_p/U_s) u_p + s3 (u_p/U_s)^2 u_p``, and
+``Gamma = (gamma0 + b m)/(1 + m)`` with ``m = rho/rho0 - 1``.
 
+References
+----------
+Steinberg (1996), UCRL-MA-106439: the form, and constants of many materials.
+"""
+
+import math
+from typing import Annotated, ClassVar
+
+import numpy as np
 from numba import njit
 from pydantic import Field
 
@@ -10,6 +20,11 @@ from mpisph.inputs.quantities import Quantity, SoundSpeed
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
 
+POLE_SHARE = 0.8
+"""Share of the way in m to the Hugoniot's pole from which on its tangent continues."""
+
+_Coefficient = Annotated[float, Field(ge=-20, le=20), Quantity("")]
+
 
 class MieGrueneisen(Sourced):
     """Constants of the Mie-Grueneisen equation of state (R8)."""
@@ -17,32 +32,44 @@ class MieGrueneisen(Sourced):
     c0: SoundSpeed
     """Bulk sound speed, the intercept of the shock velocity line."""
     slope: Annotated[float, Field(gt=0, le=20), Quantity("")]
-    """Slope of shock velocity against particle velocity."""
+    """Slope of shock velocity against particle velocity, s."""
+    slope2: _Coefficient = 0.0
+    """Quadratic coefficient s2."""
+    slope3: _Coefficient = 0.0
+    """Cubic coefficient s3."""
     gamma0: Annotated[float, Field(ge=0, le=20), Quantity("")]
     """Grueneisen parameter at the reference density."""
+    gamma_slope: Annotated[float, Field(ge=0, le=20), Quantity("")] = 0.0
+    """First-order volume correction b of the Grueneisen parameter."""
+
+    DERIVED: ClassVar[tuple[str, ...]] = ("last_compression",)
 
     def bulk_sound_speed(self, rho0: float) -> float:
         """Return the sound speed at rest [m/s]."""
         return self.c0
 
-
-POLE_SHARE = 0.8
-"""Share of the way to the pole of the Hugoniot, at m = 1/(slope - 1), from which on its
-tangent continues it."""
+    @property
+    def last_compression(self) -> float:
+        """The m from which on the Hugoniot is continued by its tangent."""
+        roots = np.roots([-self.slope3, -self.slope2, -self.slope, 1.0])
+        poles = [x.real for x in roots if abs(x.imag) < 1e-9 and 0.0 < x.real < 1.0]
+        return POLE_SHARE * min(poles) / (1.0 - min(poles)) if poles else math.inf
 
 
 @njit(**EXACT)
 def hugoniot_pressure(m, rho0, constants):
-    """Return P_H and dP_H/dm of U_s = c0 + slope u_p; linear in tension (R8)."""
+    """Return P_H and dP_H/dm of the Hugoniot; linear in tension (R8)."""
     a = rho0 * constants.c0 * constants.c0
     if m < 0.0:
         return a * m, a
-    s = constants.slope - 1.0
-    x = min(m, POLE_SHARE / s) if s > 0.0 else m
-    inv = 1.0 / (1.0 - s * x)
-    P = a * x * (1.0 + x) * inv * inv
-    dP = a * (1.0 + x * (2.0 + s)) * inv * inv * inv
-    return P + dP * (m - x), dP
+    end = min(m, constants.last_compression)
+    v = 1.0 / (1.0 + end)
+    x = end * v
+    D = 1.0 - x * (constants.slope + x * (constants.slope2 + x * constants.slope3))
+    rise = constants.slope + x * (2.0 * constants.slope2 + 3.0 * x * constants.slope3)
+    P = a * x / (D * D)
+    dP = a * v * v * (D + 2.0 * x * rise) / (D * D * D)
+    return P + dP * (m - end), dP
 
 
 @njit(**EXACT)
@@ -53,11 +80,13 @@ def mie_grueneisen(rho, E, rho0, constants):
     P_H, dP_H = hugoniot_pressure(m, rho0, constants)
     if m < 0.0:  # no shock leads there: P_H is a cold curve, Gamma constant
         return P_H + gamma * rho * E, dP_H / rho0 + gamma * E, gamma * rho
-    # Gamma rho is constant.
+    b = constants.gamma_slope
+    gamma += b * m  # Gamma rho/rho0
     v = 1.0 / (1.0 + m)
     share = 1.0 - 0.5 * gamma * m * v
     P = share * P_H + gamma * rho0 * E
-    dP_drho = (share * dP_H - 0.5 * gamma * v * v * P_H) / rho0
+    fall = 0.5 * v * (b * m + gamma * v)
+    dP_drho = (share * dP_H - fall * P_H) / rho0 + b * E
     return P, dP_drho, gamma * rho0
 
 
