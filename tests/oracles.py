@@ -7,8 +7,9 @@ numbers, so that a derivative is an imaginary part without rounding error.
 
 import cmath
 import math
+from collections.abc import Mapping
 from decimal import Decimal, localcontext
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ import pytest
 from mpisph.core.particles import Particles
 from mpisph.materials.model import TABLES
 from mpisph.physics.kernel import XI_FAR
-from mpisph.physics.response import MaterialModels, material_table, respond
+from mpisph.physics.response import KINDS, MaterialModels, material_table, respond
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC, PRINTED
 from mpisph.physics.viscosity import FAR_NODES, near_nodes
@@ -30,12 +31,18 @@ SERIES_UP_TO = 2000.0
 
 
 class Matter(NamedTuple):
-    """A material, its constants side by side, and the models that it is used with."""
+    """A material, its constants side by side, and the models that it is used with.
+
+    Constants of models that are not among them stand in `more`, by the model's name.
+    """
 
     rho0: float = 2710.0
     c0: float = 5350.0
     slope: float = 1.49
+    slope2: float = 0.0
+    slope3: float = 0.0
     gamma: float = 1.7
+    gamma_slope: float = 0.0
     K: float = 72e9
     mu: float = 25e9
     Y: float = 55e6
@@ -53,28 +60,32 @@ class Matter(NamedTuple):
     P_min: float = -math.inf
     P_min_mode: str = "off"
     eos: str = "mie-grueneisen"
+    thermal: str = "none"
     strength: str = "elastic-plastic"
+    failure: str = "minimum-pressure"
+    ductile: str = "none"
+    more: Mapping[str, Mapping[str, Any]] = {}
 
     @property
     def models(self):
         """The same as mpisph takes it."""
-        names = {
-            "eos": self.eos,
-            "strength": self.strength,
-            "failure": "minimum-pressure",
-        }
+        names = {kind: getattr(self, kind) for kind in KINDS}
         tillotson = ("a", "b", "A", "B", "E0", "Es", "Es_prime", "alpha", "beta")
         constants = {
             "mie-grueneisen": {
                 "c0": self.c0,
                 "slope": self.slope,
+                "slope2": self.slope2,
+                "slope3": self.slope3,
                 "gamma0": self.gamma,
+                "gamma_slope": self.gamma_slope,
             },
             "linear": {"bulk_modulus": self.K},
             "ideal-gas": {"gamma": self.gas_gamma, "c0": self.gas_c0},
             "tillotson": {name: getattr(self, name) for name in tillotson},
             "elastic-plastic": {"shear_modulus": self.mu, "yield_strength": self.Y},
             "minimum-pressure": {"value": self.P_min, "mode": self.P_min_mode},
+            **self.more,
         }
         tables = {name: TABLES[name](**numbers) for name, numbers in constants.items()}
         return MaterialModels("matter", self.rho0, names, tables)
@@ -175,19 +186,40 @@ def mie_grueneisen_pressure(rho, E, mat):
     """Reference: the Hugoniot, P = P_H + Gamma rho (E - E_H), or cold expansion."""
     if rho.real < mat.rho0:
         return mat.c0**2 * (rho - mat.rho0) + mat.gamma * rho * E
-    # By the strain x = 1 - rho0/rho: P_H = rho0 c0^2 x/(1 - s x)^2.
-    m_end = 0.8 / (mat.slope - 1.0)
-    x_end = m_end / (1.0 + m_end)
     x = 1.0 - mat.rho0 / rho
-    stiff = mat.rho0 * mat.c0**2
-    if x.real <= x_end:
-        P_H = stiff * x / (1.0 - mat.slope * x) ** 2
-    else:
-        end = 1.0 - mat.slope * x_end
-        slope = stiff * (1.0 + mat.slope * x_end) / end**3 * (1.0 - x_end) ** 2
-        P_H = stiff * x_end / end**2 + slope * (rho / mat.rho0 - 1.0 - m_end)
+    m_end = last_hugoniot_compression(mat)
+    x_end = m_end / (1.0 + m_end)
+    P_H = hugoniot_of(x, mat)
+    if x.real > x_end:
+        slope = hugoniot_of(complex(x_end, 1e-30), mat).imag / 1e-30
+        slope *= (1.0 - x_end) ** 2  # by m = x/(1 - x)
+        P_H = hugoniot_of(x_end, mat) + slope * (rho / mat.rho0 - 1.0 - m_end)
     E_H = 0.5 * P_H * x / mat.rho0
-    return P_H + mat.gamma * mat.rho0 * (E - E_H)
+    gamma = (mat.gamma + mat.gamma_slope * (rho / mat.rho0 - 1.0)) * mat.rho0 / rho
+    return P_H + gamma * rho * (E - E_H)
+
+
+def hugoniot_of(x, mat):
+    """Return P_H at the strain x = 1 - rho0/rho = u/U, by U (1 - s x - ...) = c0."""
+    U = mat.c0 / (1.0 - mat.slope * x - mat.slope2 * x**2 - mat.slope3 * x**3)
+    return mat.rho0 * U * (U * x)
+
+
+def last_hugoniot_compression(mat):
+    """Return 0.8 of the smallest m in which c0/U vanishes, by bisection."""
+
+    def share(x):
+        return 1.0 - mat.slope * x - mat.slope2 * x**2 - mat.slope3 * x**3
+
+    x = np.linspace(0.0, 1.0, 100_001)[:-1]
+    past = np.flatnonzero(share(x) <= 0.0)
+    if past.size == 0:
+        return math.inf
+    low, high = x[past[0] - 1], x[past[0]]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if share(middle) > 0.0 else (low, middle)
+    return 0.8 * low / (1.0 - low)
 
 
 def tillotson_pressure(rho, E, mat):
@@ -304,7 +336,7 @@ def sent_fields(p, scheme=SCHEME, table=None):
     table = table_of(ALUMINIUM) if table is None else table
     # The stress is taken as it is, outside of the yield surface too.
     state = p.material_state(p.integrated.copy())
-    respond(state, table, scheme.sound_speed_floor)
+    respond(state, table, scheme.sound_speed_floor, 0.0)
     return exchanged_fields(p, {"P": state.P, "c": state.c}), state.G
 
 

@@ -28,6 +28,8 @@ def test_the_table_holds_the_constants_of_every_model():
         for kind, models in KINDS.items():
             name = mat.models.names[kind]
             assert list(models)[row[kind]] == name
+            if models[name].constants is None:
+                continue
             own = row[models[name].attribute]
             numbers = mat.models.constants[name].model_dump(exclude={"sources"})
             for key, number in numbers.items():
@@ -54,7 +56,7 @@ def test_respond_sets_pressure_and_sound_speed_r8_r9(mode):
             for one in zip(p.rho.tolist(), p.E.tolist(), state, strict=True)
         ]
     )
-    respond(p.material_state(), table_of(*materials), 0.9)
+    respond(p.material_state(), table_of(*materials), 0.9, 0.0)
     # The pressure is a difference of terms up to 1e11 Pa.
     np.testing.assert_allclose(p.P, want[:, 0], rtol=1e-14, atol=1e11 * 1e-15)
     np.testing.assert_allclose(p.c, want[:, 1], rtol=1e-13)
@@ -74,7 +76,7 @@ def test_respond_brings_the_stress_to_the_yield_surface_r7():
     p.plastic_strain[:] = 0.1
     before = p.stress.copy()
     other = p.values.copy()
-    respond(p.material_state(), TABLE, FLOOR)
+    respond(p.material_state(), TABLE, FLOOR, 0.0)
     T = np.array([deviator(*stress) for stress in before.T])
     size = np.sqrt(1.5 * (T * T).sum((1, 2)))
     Y, G = (
@@ -90,12 +92,12 @@ def test_respond_brings_the_stress_to_the_yield_surface_r7():
     # The elastic strain that was given up has become plastic.
     strain = 0.1 + np.where(outside, (size - Y) / (3.0 * G), 0.0)
     np.testing.assert_allclose(p.plastic_strain, strain, rtol=1e-13)
-    # Nothing else changes: S_rr, S_zz, S_rz, plastic_strain, P, c, G, plastic.
+    # Nothing else changes: stress, plastic strain and work, P, c, G, plastic.
     changed = (bits(p.values) != bits(other)).any(axis=1)
-    assert changed.sum() == 8
+    assert changed.sum() == 9
     # Applied again it changes nothing but the last bits.
     again = p.stress.copy()
-    respond(p.material_state(), TABLE, FLOOR)
+    respond(p.material_state(), TABLE, FLOOR, 0.0)
     np.testing.assert_allclose(again, p.stress, rtol=4e-16)
 
 
@@ -104,7 +106,7 @@ def test_a_state_ahead_leaves_the_particles_alone():
     before = bits(p.values)
     ahead = p.integrated.copy()
     state = p.material_state(ahead)
-    respond(state, TABLE, FLOOR)
+    respond(state, TABLE, FLOOR, 0.0)
     np.testing.assert_array_equal(bits(p.values), before)
     assert state.plastic_strain.any()
     assert not np.array_equal(ahead, p.integrated), "its stress is limited"
@@ -121,7 +123,8 @@ def test_history_is_carried_from_step_to_step(name):
 def test_without_strength_r7_matter_is_a_fluid():
     p = cloud(2, 4)
     p.stress[:] = [[1e8, 0.0], [2e8, 0.0], [-1e8, 0.0]]
-    respond(p.material_state(), table_of(ALUMINIUM._replace(strength="none")), FLOOR)
+    fluid = ALUMINIUM._replace(strength="none")
+    respond(p.material_state(), table_of(fluid), FLOOR, 0.0)
     assert np.abs(p.stress).max() == 0.0
     assert p.plastic.tolist() == [1.0, 0.0]
     assert not p.plastic_strain.any()
