@@ -16,7 +16,7 @@ from mpisph.physics import ductile, eos, failure, strength, thermal
 from mpisph.physics.cracks import crack_growth, ring_size
 from mpisph.physics.ductile import used_up
 from mpisph.physics.eos import pressure
-from mpisph.physics.failure import damage_growth, limit_pressure
+from mpisph.physics.failure import damage_growth, limit_tension
 from mpisph.physics.isentrope import ISENTROPE, fill_isentrope
 from mpisph.physics.models import Model, record, record_type
 from mpisph.physics.sound import sound_speed
@@ -36,9 +36,9 @@ KINDS: Mapping[str, Mapping[str, Model]] = {
 }
 """All models, by kind and name."""
 
-MOST_ITERATIONS = 20
+MOST_ITERATIONS = 60
 ROUNDING = 1e-14
-"""Newton's method for the plastic increment ends at a change below this share."""
+"""The plastic increment is found when this share of the stress is left."""
 
 
 class MaterialModels(NamedTuple):
@@ -115,8 +115,8 @@ def plastic_return(x, k, mat, stress, dt):
     """Return the factor of the stress and the plastic strain of its return (R7).
 
     The strain that the stress gives up, ``stress - Y = 3 G increment``, is that by
-    which the material hardens: solved by Newton's method from the increment without
-    hardening, which is an upper bound.
+    which the material hardens: solved by Newton's method, within bounds that close,
+    from the increment without hardening.
 
     Parameters
     ----------
@@ -131,14 +131,20 @@ def plastic_return(x, k, mat, stress, dt):
     stiffness = 3.0 * x.G[k]
     if stiffness <= 0.0:
         return Y / stress, 0.0
-    bound = (stress - Y) / stiffness
-    increment = bound
+    low, high = 0.0, (stress - Y) / stiffness
+    increment = high
     for _ in range(MOST_ITERATIONS):
         Y, slope = flow_stress(x, k, mat, increment, dt)
-        change = (stress - Y - stiffness * increment) / (stiffness + slope)
-        increment = min(max(increment + change, 0.0), bound)
-        if abs(change) <= ROUNDING * bound:
+        excess = stress - Y - stiffness * increment
+        if abs(excess) <= ROUNDING * stress:
             break
+        if excess > 0.0:
+            low = increment
+        else:
+            high = increment
+        increment += excess / (stiffness + slope)
+        if not low < increment < high:
+            increment = 0.5 * (low + high)
     return Y / stress, increment
 
 
@@ -162,9 +168,9 @@ def respond(x, table, sound_speed_floor, dt):
         x.P[k] = P
         x.T[k], x.melt[k] = temperature(x, k, mat)
         x.G[k] = shear_modulus(x, k, mat)
-        x.P[k] = limit_pressure(x, k, mat)
-        torn = x.P[k] > P  # such matter carries no shear either
-        sound = 0.0 if torn else (1.0 - x.damage[k]) * (1.0 - x.melt[k])
+        limited, sound = limit_tension(x, k, mat)
+        solid = 1.0 - x.melt[k]
+        sound *= solid
         stress = equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
         factor, increment = 1.0, 0.0
         if sound > 0.0:
@@ -177,16 +183,15 @@ def respond(x, table, sound_speed_floor, dt):
         x.S_rr[k] *= factor
         x.S_zz[k] *= factor
         x.S_rz[k] *= factor
-        if x.P[k] < 0.0 and not torn:
-            x.P[k] *= sound
+        P = limited * solid if limited < 0.0 else limited
         floor = sound_speed_floor * mat.bulk_sound_speed
-        x.c[k] = sound_speed(x.rho[k], x.P[k], dP_drho, dP_dE, floor)
+        x.c[k] = sound_speed(x.rho[k], P, dP_drho, dP_dE, floor)
+        growth = damage_growth(x, k, mat, dt)
+        x.P[k] = P
         x.ductile_damage[k] += used_up(x, k, mat, increment, dt)
-        if x.damage[k] < 1.0:
-            growth = damage_growth(x, k, mat, dt)
-            if x.ductile_damage[k] >= 1.0:
-                size = ring_size(x.m[k], x.r[k], x.rho[k])
-                crack = crack_growth(x.c[k], x.G[k], x.rho[k], size, dt)
-                growth = max(growth, crack)
-            x.damage[k] = min(x.damage[k] + growth, 1.0)
+        if x.ductile_damage[k] >= 1.0:
+            size = ring_size(x.m[k], x.r[k], x.rho[k])
+            crack = crack_growth(x.c[k], x.G[k], x.rho[k], size, dt)
+            growth = max(growth, crack)
+        x.damage[k] = min(x.damage[k] + growth, 1.0)
         x.G[k] *= sound

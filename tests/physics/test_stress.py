@@ -8,12 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from oracles import approx, deviator, jaumann
 
-from mpisph.physics.stress import (
-    equivalent_stress,
-    jaumann_rate,
-    plastic_increment,
-    yield_factor,
-)
+from mpisph.physics.stress import equivalent_stress, jaumann_rate
 
 MU = 25e9
 GRADIENTS = st.tuples(*[st.floats(-1e6, 1e6)] * 5)
@@ -83,38 +78,3 @@ def test_equivalent_stress_r7_of_known_states():
     # Uniaxial tension s: deviator (2/3, -1/3, -1/3) s. Pure shear t: sqrt(3) t.
     assert equivalent_stress(-1e8, 2e8, 0.0) == approx(3e8, rel=1e-15)
     assert equivalent_stress(0.0, 0.0, 1e8) == approx(3**0.5 * 1e8, rel=1e-15)
-
-
-@given(S=STRESSES, Y=st.floats(1e6, 1e9))
-def test_yield_factor_r7_brings_the_stress_to_the_surface(S, Y):
-    before = equivalent_stress(*S)
-    factor = yield_factor(before, Y)
-    after = equivalent_stress(*(factor * component for component in S))
-    if before <= Y:
-        assert factor == 1.0
-    else:
-        assert factor < 1.0
-        assert after == approx(Y, rel=1e-14)
-
-
-def test_yield_factor_r7_without_strength():
-    assert yield_factor(1e5, 0.0) == 0.0
-    assert yield_factor(0.0, 0.0) == 1.0
-
-
-@given(gamma=st.floats(0.01, 0.5), Y=st.floats(1e6, 1e9))
-def test_plastic_increment_r7_of_simple_shear(gamma, Y):
-    """Sheared at once by gamma, matter yields by all but its elastic part.
-
-    The work of the stress that remains over the plastic strain is Y d eps_p.
-    """
-    S_rz = MU * gamma  # engineering shear
-    stress = equivalent_stress(0.0, 0.0, S_rz)
-    factor = yield_factor(stress, Y)
-    plastic_shear = gamma - factor * S_rz / MU
-    want = plastic_shear / math.sqrt(3.0)
-    assert plastic_increment(stress, factor, MU) == approx(want, rel=1e-9, abs=1e-15)
-
-
-def test_plastic_increment_r7_of_a_fluid_is_zero():
-    assert plastic_increment(1e5, 0.0, 0.0) == 0.0

@@ -35,7 +35,7 @@ class JohnsonCookDamage(Sourced):
     D2: Coefficient
     """Coefficient of the term of triaxiality."""
     D3: Coefficient
-    """Exponent of triaxiality: mean stress, tension positive, over equivalent stress."""
+    """Exponent of triaxiality: mean stress (tension positive) over equivalent one."""
     D4: Coefficient
     """Coefficient of the logarithm of the strain rate."""
     D5: Coefficient

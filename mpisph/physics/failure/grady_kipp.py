@@ -20,8 +20,8 @@ from pydantic import Field, Strict
 from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import Positive, Quantity
 from mpisph.inputs.sourced import Sourced
-from mpisph.physics.cracks import crack_growth, largest_principal_stress, ring_size
-from mpisph.physics.failure.none import unlimited
+from mpisph.physics.cracks import crack_growth, largest_deviatoric_stress, ring_size
+from mpisph.physics.failure.none import limit_by_damage
 from mpisph.physics.models import Model
 
 
@@ -68,12 +68,11 @@ def active_flaws(seed, number, expected):
     """
     if expected > MOST_FLAWS:
         return expected
-    reached, n = 0.0, 0
-    while True:
-        reached -= math.log(uniform(seed, number, n))
-        if reached > expected:
-            return float(n)
+    reached, n = -math.log(uniform(seed, number, 0)), 0
+    while reached <= expected:
         n += 1
+        reached -= math.log(uniform(seed, number, n))
+    return float(n)
 
 
 @njit(**EXACT)
@@ -88,16 +87,20 @@ def damage_of_flaws(damage, n, growth):
 
 @njit(**ENTRY)
 def _damage_growth(x, k, mat, dt):
+    # Stresses of the sound share: the strain is theirs.
     sound = 1.0 - x.damage[k]
-    tension = largest_principal_stress(x.P[k], x.S_rr[k], x.S_zz[k], x.S_rz[k])
-    if tension <= 0.0 or sound <= 0.0:
+    if sound <= 0.0:
+        return 0.0
+    shear = largest_deviatoric_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
+    tension = shear / sound - x.P[k]
+    if tension <= 0.0:
         return 0.0
     bulk, G = mat.rho0 * mat.bulk_sound_speed**2, x.G[k]
     young = 9.0 * bulk * G / (3.0 * bulk + G)
     if young <= 0.0:
         return 0.0
     flaws = mat.grady_kipp
-    strain = tension / (sound * young)
+    strain = tension / young
     expected = flaws.k * x.m[k] / mat.rho0 * strain**flaws.m
     n = active_flaws(flaws.seed, x.id[k], expected)
     radius = np.cbrt(0.75 / math.pi) * ring_size(x.m[k], x.r[k], x.rho[k])
@@ -109,5 +112,5 @@ MODEL = Model(
     "grady-kipp",
     "Grady-Kipp",
     GradyKipp,
-    {"limit_pressure": unlimited, "damage_growth": _damage_growth},
+    {"limit_tension": limit_by_damage, "damage_growth": _damage_growth},
 )

@@ -12,7 +12,7 @@ from numba import njit
 from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import TensionLimit
 from mpisph.inputs.sourced import Sourced
-from mpisph.physics.failure.none import no_growth
+from mpisph.physics.failure.none import limit_by_damage, no_growth
 from mpisph.physics.models import Model
 
 CLAMP = 0
@@ -38,14 +38,17 @@ def minimum_pressure(P, P_min, mode):
 
 
 @njit(**ENTRY)
-def _limit_pressure(x, k, mat):
+def _limit_tension(x, k, mat):
     limit = mat.minimum_pressure
-    return minimum_pressure(x.P[k], limit.value, limit.mode)
+    P = minimum_pressure(x.P[k], limit.value, limit.mode)
+    if P > x.P[k]:  # torn: no shear either, while that lasts
+        return P, 0.0
+    return limit_by_damage(x, k, mat)
 
 
 MODEL = Model(
     "minimum-pressure",
     "minimum pressure",
     MinimumPressure,
-    {"limit_pressure": _limit_pressure, "damage_growth": no_growth},
+    {"limit_tension": _limit_tension, "damage_growth": no_growth},
 )

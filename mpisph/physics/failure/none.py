@@ -1,4 +1,4 @@
-"""Matter that bears any tension."""
+"""Sound matter bears any tension; what other causes have damaged, less of it."""
 
 from numba import njit
 
@@ -7,9 +7,10 @@ from mpisph.physics.models import Model
 
 
 @njit(**ENTRY)
-def unlimited(x, k, mat):
-    """Return the pressure as it is [Pa]."""
-    return x.P[k]
+def limit_by_damage(x, k, mat):
+    """Return the pressure, in tension less the damage, and the sound share (R16)."""
+    P, sound = x.P[k], 1.0 - x.damage[k]
+    return (sound * P if P < 0.0 else P), sound
 
 
 @njit(**ENTRY)
@@ -19,5 +20,8 @@ def no_growth(x, k, mat, dt):
 
 
 MODEL = Model(
-    "none", "none", None, {"limit_pressure": unlimited, "damage_growth": no_growth}
+    "none",
+    "none",
+    None,
+    {"limit_tension": limit_by_damage, "damage_growth": no_growth},
 )

@@ -1,9 +1,10 @@
 """Spall: matter parts where its tension reaches a strength (R16).
 
-The damage then grows while the crack opens: no faster than a crack crosses the
-particle, and no faster than its energy allows. Its memory is the damage.
+A crack then opens, and the tension that it lets through falls in proportion to its
+opening. The damage is that share of its last opening: its memory.
 """
 
+import math
 from typing import Literal
 
 from numba import njit
@@ -11,8 +12,7 @@ from numba import njit
 from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import CrackEnergy, PositivePressure
 from mpisph.inputs.sourced import Sourced
-from mpisph.physics.cracks import crack_growth, largest_principal_stress, ring_size
-from mpisph.physics.failure.none import unlimited
+from mpisph.physics.cracks import crack_growth, largest_deviatoric_stress, ring_size
 from mpisph.physics.models import Model
 
 PRESSURE = 0
@@ -27,44 +27,67 @@ class Spall(Sourced):
     criterion: Literal["pressure", "principal"] = "pressure"
     """Which tension: minus the pressure, or the largest principal stress."""
     crack_energy: CrackEnergy = 0.0
-    """Energy that an area of crack takes to open; 0: as fast as a crack runs."""
+    """Energy that an area of crack takes to open; 0: it opens as fast as it runs."""
 
 
 @njit(**EXACT)
-def opening_growth(div, size, strength, crack_energy, dt):
-    """Return the damage of a crack that opens with its particle (R16).
+def opening_growth(stretch, size, strength, crack_energy, bulk_modulus):
+    """Return the damage of a crack that opens as its particle stretches (R16).
 
-    The tension falls in proportion to the opening from the strength to zero, so that
-    the crack takes ``crack_energy`` by an opening of twice that over the strength.
+    The tension falls from the strength to zero over an opening of ``2 crack_energy/
+    strength``; the particle gives up its elastic strain meanwhile, which helps to open
+    the crack. Where that alone opens it, the result is infinite.
 
     Parameters
     ----------
-    div : float
-        Divergence of the velocity [1/s].
+    stretch : float
+        Growth of the volume over the volume.
     size : float
         Of the particle [m].
     strength : float
         [Pa].
     crack_energy : float
         [J/m2].
-    dt : float
-        [s].
+    bulk_modulus : float
+        [Pa].
     """
-    return 0.5 * max(div, 0.0) * size * strength / crack_energy * dt
+    last = 2.0 * crack_energy / strength - size * strength / bulk_modulus
+    if last <= 0.0:
+        return math.inf
+    return max(stretch, 0.0) * size / last
+
+
+@njit(**ENTRY)
+def _excess(x, k, spall):
+    """Return by how much the tension exceeds what the crack lets through [Pa]."""
+    tension = -x.P[k]
+    if spall.criterion == PRINCIPAL:
+        tension += largest_deviatoric_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
+    return tension - (1.0 - x.damage[k]) * spall.strength
+
+
+@njit(**ENTRY)
+def _limit_tension(x, k, mat):
+    excess = _excess(x, k, mat.spall)
+    sound = 1.0 - x.damage[k]
+    if excess <= 0.0:
+        return x.P[k], sound
+    # The principal stress counts only as far as matter is in tension as a whole.
+    return min(x.P[k] + excess, max(x.P[k], 0.0)), sound
 
 
 @njit(**ENTRY)
 def _damage_growth(x, k, mat, dt):
     spall = mat.spall
-    tension = -x.P[k]
-    if spall.criterion == PRINCIPAL:
-        tension = largest_principal_stress(x.P[k], x.S_rr[k], x.S_zz[k], x.S_rz[k])
-    if tension < (1.0 - x.damage[k]) * spall.strength:
+    if _excess(x, k, spall) < 0.0:
         return 0.0
     size = ring_size(x.m[k], x.r[k], x.rho[k])
     growth = crack_growth(x.c[k], x.G[k], x.rho[k], size, dt)
     if spall.crack_energy > 0.0:
-        opened = opening_growth(x.div[k], size, spall.strength, spall.crack_energy, dt)
+        bulk = mat.rho0 * mat.bulk_sound_speed * mat.bulk_sound_speed
+        opened = opening_growth(
+            x.div[k] * dt, size, spall.strength, spall.crack_energy, bulk
+        )
         growth = min(growth, opened)
     return growth
 
@@ -73,5 +96,5 @@ MODEL = Model(
     "spall",
     "spall",
     Spall,
-    {"limit_pressure": unlimited, "damage_growth": _damage_growth},
+    {"limit_tension": _limit_tension, "damage_growth": _damage_growth},
 )

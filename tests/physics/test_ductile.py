@@ -1,0 +1,91 @@
+"""R18: ductile failure."""
+
+import math
+
+import numpy as np
+import pytest
+from material_point import Point, isochoric, models, pure_shear
+from oracles import approx
+from pydantic import ValidationError
+
+from mpisph.physics.ductile.johnson_cook_damage import (
+    HIGHEST_TRIAXIALITY,
+    LOWEST_TRIAXIALITY,
+    JohnsonCookDamage,
+    fracture_strain,
+)
+from mpisph.physics.models import record, record_type
+
+STEEL = {
+    "D1": 0.05,
+    "D2": 3.44,
+    "D3": -2.12,
+    "D4": 0.002,
+    "D5": 0.61,
+    "melting_temperature": 1793.0,
+}
+ELASTIC = {"shear_modulus": 27e9, "yield_strength": 0.3e9}
+MAT = np.array([record(JohnsonCookDamage(**STEEL))], record_type(JohnsonCookDamage))
+MAT = MAT.view(np.recarray)[0]
+
+
+@pytest.mark.parametrize("triaxiality", [-20.0, -1.0, 0.0, 1 / 3, 1.4, 3.0])
+@pytest.mark.parametrize("rate", [0.0, 1.0, 1e5])
+@pytest.mark.parametrize("T", [200.0, 298.0, 1000.0, 3000.0])
+def test_fracture_strain_r18_is_the_product_of_three_laws(triaxiality, rate, T):
+    hot = min(max((T - 298.0) / (1793.0 - 298.0), 0.0), 1.0)
+    within = min(max(triaxiality, LOWEST_TRIAXIALITY), HIGHEST_TRIAXIALITY)
+    want = (
+        (0.05 + 3.44 * math.exp(-2.12 * within))
+        * (1 + 0.002 * math.log(max(rate, 1.0)))
+        * (1 + 0.61 * hot)
+    )
+    assert fracture_strain(triaxiality, rate, T, MAT) == approx(want, rel=1e-13)
+    assert HIGHEST_TRIAXIALITY == 1.5
+
+
+def test_fracture_strain_r18_has_a_floor():
+    weak = JohnsonCookDamage(**STEEL | {"D1": -0.4, "D2": 0.5, "D3": -0.5})
+    row = np.array([record(weak)], record_type(JohnsonCookDamage)).view(np.recarray)[0]
+    assert fracture_strain(1.4, 0.0, 300.0, row) == weak.least_strain == 0.01
+
+
+def test_constants_r18_that_break_at_once_are_refused():
+    with pytest.raises(ValidationError, match="D1, D2, D3: a bar in tension would"):
+        JohnsonCookDamage(**STEEL | {"D1": -0.9, "D2": 1.0, "D3": -0.5})
+    with pytest.raises(ValidationError, match="must exceed reference_temperature"):
+        JohnsonCookDamage(**STEEL | {"melting_temperature": 250.0})
+
+
+def broken(gradient, dt=1e-7, steps=20000):
+    """Plastic strain, of a particle, when its share is used up; and its history."""
+    p = Point(
+        models(
+            {"ductile": "johnson-cook-damage", "strength": "elastic-plastic"},
+            johnson_cook_damage=STEEL | {"D4": 0.0},
+            elastic_plastic=ELASTIC,
+        )
+    )
+    for _ in range(steps):
+        p.strain(gradient, dt, heat=False)
+        if p.get("ductile_damage") >= 1.0:
+            break
+    return p, p.get("plastic_strain")
+
+
+def test_torsion_r18_breaks_at_the_strain_without_triaxiality():
+    _, strain = broken(pure_shear(1e4))
+    assert strain == approx(0.05 + 3.44, rel=1e-3)
+
+
+def test_then_r18_a_crack_runs_and_neither_shear_nor_tension_is_left():
+    p, _ = broken(pure_shear(1e4))
+    before = p.get("damage")
+    assert 0.0 < before < 1.0 or before == 1.0
+    for _ in range(100):
+        p.strain(isochoric(1e4), 1e-8, heat=False)
+    assert p.get("damage") == 1.0
+    assert p.stress == 0.0
+    p.set(rho=2600.0)
+    p.respond(1e-8)
+    assert p.get("P") == 0.0
