@@ -61,6 +61,7 @@ class Matter(NamedTuple):
     P_min: float = -math.inf
     P_min_mode: str = "off"
     eos: str = "mie-grueneisen"
+    porosity: str = "none"
     thermal: str = "none"
     strength: str = "elastic-plastic"
     failure: str = "minimum-pressure"

@@ -16,6 +16,7 @@ from mpisph.inputs.spelling import nearest_quoted
 from mpisph.materials import card_names
 from mpisph.materials.choice import chosen_models
 from mpisph.materials.model import TABLES
+from mpisph.physics.eos import GASES
 from mpisph.physics.response import KINDS
 
 __all__ = ["find_problems"]
@@ -190,6 +191,12 @@ def _check_models(parts: Parts) -> Iterator[Finding]:
                     f'"{material.name}", the material of "{body.name}", has no '
                     f"{KINDS[kind][name].label} constants{_FLUID.get(kind, '')}",
                 )
+
+        if chosen.names["porosity"] != "none" and chosen.names["eos"] in GASES:
+            yield Finding(
+                ("materials", body.material, "porosity"),
+                f'"{material.name}" is a gas, which has no pores',
+            )
 
 
 _FLUID = {"strength": '; strength = "none" in its table makes it a fluid'}
