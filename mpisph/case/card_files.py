@@ -1,4 +1,4 @@
-"""Material cards of one's own, which bodies name by their files."""
+"""Material cards of one's own, and tables of equations of state, named by files."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from mpisph.core.errors import CaseError, Problem
 from mpisph.inputs.findings import Finding, Key, Origins, as_problems
 from mpisph.inputs.toml_file import read_toml
 from mpisph.inputs.toml_lines import line_numbers
+from mpisph.materials.table_files import embed_table
 
-__all__ = ["embed_card_files"]
+__all__ = ["embed_card_files", "embed_tables"]
 
 ENDING = ".toml"
 
@@ -58,7 +59,8 @@ def embed_card_files(
     elsewhere: dict[Key, Origins] = {}
     for name, path in cards.items():
         try:
-            content, tables[name] = read_toml(path)
+            content, card = read_toml(path)
+            tables[name] = embed_table(card, path.parent)
         except CaseError as error:
             problems += error.problems
         else:
@@ -70,6 +72,36 @@ def embed_card_files(
     ]
     merged = {**data, "bodies": renamed, "materials": {**materials, **tables}}
     return merged, origins._replace(elsewhere=elsewhere), problems
+
+
+def embed_tables(
+    data: Mapping[str, Any], folder: Path
+) -> tuple[Mapping[str, Any], list[Problem]]:
+    """Put the tables that a raw case's own materials name by files into it.
+
+    Parameters
+    ----------
+    data : mapping
+        The case as read from TOML, with overrides applied; it is not changed.
+    folder : Path
+        From which the files count.
+
+    Returns
+    -------
+    data : mapping
+    problems : list of Problem
+        Files that are no tables.
+    """
+    materials = data.get("materials", {})
+    if not isinstance(materials, Mapping):
+        return data, []
+    merged, problems = dict(materials), []
+    for name, material in materials.items():
+        try:
+            merged[name] = embed_table(material, folder)
+        except CaseError as error:
+            problems += error.problems
+    return ({**data, "materials": merged} if materials else data), problems
 
 
 def _taken(path: Path, cards: Mapping[str, Path], materials: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ from mpisph.inputs.spelling import nearest_quoted
 from mpisph.materials import card_names
 from mpisph.materials.choice import chosen_models
 from mpisph.materials.model import TABLES
-from mpisph.physics.eos import GASES
+from mpisph.physics.eos.table import Tabulated
 from mpisph.physics.response import KINDS
 
 __all__ = ["find_problems"]
@@ -192,7 +192,10 @@ def _check_models(parts: Parts) -> Iterator[Finding]:
                     f"{KINDS[kind][name].label} constants{_FLUID.get(kind, '')}",
                 )
 
-        if chosen.names["porosity"] != "none" and chosen.names["eos"] in GASES:
+        tabled = chosen.constants.get(chosen.names["eos"])
+        if isinstance(tabled, Tabulated) and (text := tabled.mistake(material.rho0)):
+            yield Finding(("materials", body.material, "table"), text)
+        if chosen.names["porosity"] != "none" and chosen.gas:
             yield Finding(
                 ("materials", body.material, "porosity"),
                 f'"{material.name}" is a gas, which has no pores',

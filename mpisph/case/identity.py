@@ -6,13 +6,12 @@ import hashlib
 import json
 from collections.abc import Mapping
 from functools import cache
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel
-from pydantic.fields import FieldInfo
 
 from mpisph.case.model import Case
-from mpisph.inputs.quantities import PROSE
+from mpisph.inputs.quantities import is_prose
 
 __all__ = ["HARMLESS", "case_key", "differences"]
 
@@ -92,11 +91,5 @@ def _matter(model: type[BaseModel]) -> list[tuple[str, str]]:
     """Return the fields of a model that are no prose, and their keys in a file."""
     fields = model.model_fields.items()
     return [
-        (name, field.alias or name) for name, field in fields if not _is_prose(field)
+        (name, field.alias or name) for name, field in fields if not is_prose(field)
     ]
-
-
-def _is_prose(field: FieldInfo) -> bool:
-    """Say whether a field is a text for people, or a table of such."""
-    inner = [getattr(part, "__metadata__", ()) for part in get_args(field.annotation)]
-    return any(PROSE in marks for marks in (field.metadata, *inner))

@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from mpisph.case.card_files import embed_card_files
+from mpisph.case.card_files import embed_card_files, embed_tables
 from mpisph.case.initial import read_initial, with_particles
 from mpisph.case.model import Case
 from mpisph.case.problems import case_problems
@@ -131,7 +131,9 @@ def _build(
     problems: list[Problem],
     folder: Path,
 ) -> Case:
+    data, no_tables = embed_tables(data, folder)
     data, origins, unread = embed_card_files(data, folder, origins)
+    unread += no_tables
     problems = problems + unread
     long_integers = integer_problems(data, origins)
     if unread or long_integers:

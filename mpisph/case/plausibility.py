@@ -14,7 +14,6 @@ from mpisph.case.model import Case
 from mpisph.case.profiles import starting_state
 from mpisph.case.shapes.section import FloatArray
 from mpisph.core.errors import CaseError
-from mpisph.physics.eos import GASES
 from mpisph.physics.response import MaterialModels
 
 __all__ = ["find_warnings"]
@@ -252,7 +251,7 @@ def _warn_of_light_gas(case: Case) -> Iterator[str]:
         or case.time.dt is not None
     ):
         return
-    gases = [b for b in case.bodies if case.body_models(b).names["eos"] in GASES]
+    gases = [b for b in case.bodies if case.body_models(b).gas]
     solids = [body for body in case.bodies if body not in gases]
     if not gases or not solids or case.time.cfl <= _GAS_CFL:
         return
@@ -299,7 +298,7 @@ def _warn_of_starting_state(case: Case) -> Iterator[str]:
                 f"bodies.{body.name}.energy: the linear equation of state knows no "
                 "energy, so it changes no motion; take another one (eos)"
             )
-        gas = models.names["eos"] in GASES
+        gas = models.gas
         if gas and body.energy == body.velocity == body.radial_velocity == 0.0:
             yield (
                 f"bodies.{body.name}.energy: a gas at rest without energy has no "
@@ -353,7 +352,7 @@ def _moves_by_itself(case: Case) -> bool:
 
 
 def _has_gas(case: Case) -> bool:
-    return any(models.names["eos"] in GASES for models in case.material_table)
+    return any(models.gas for models in case.material_table)
 
 
 def _us(time: float) -> str:

@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from pydantic import (
     AfterValidator,
@@ -24,6 +24,7 @@ from pydantic import (
     GetJsonSchemaHandler,
     Strict,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 if TYPE_CHECKING:
@@ -268,6 +269,13 @@ def not_blank(text: str) -> str:
 
 PROSE = "prose"
 """Marks texts for people: no part of what a case computes, nor of which case it is."""
+
+
+def is_prose(field: FieldInfo) -> bool:
+    """Say whether a field is a text for people, or a table of such."""
+    inner = [getattr(part, "__metadata__", ()) for part in get_args(field.annotation)]
+    return any(PROSE in marks for marks in (field.metadata, *inner))
+
 
 # The bounds leave room for anything that is made of matter, and keep out slips of
 # units and what arithmetic could not bear.

@@ -21,8 +21,15 @@ class Sourced(FrozenModel):
     DERIVED: ClassVar[tuple[str, ...]] = ()
     """Properties that follow from the numbers, for those who calculate with them."""
 
+    ARRAYS: ClassVar[Mapping[str, tuple[int, ...]]] = {}
+    """Shapes of the arrays of a table, for those who calculate with them."""
+
     sources: dict[str, Source] = Field(default_factory=dict, max_length=100)
     """Where each number comes from, by key."""
+
+    def arrays(self, rho0: float) -> dict[str, Any]:
+        """Return the values of `ARRAYS` for a reference density [kg/m3]."""
+        return {}
 
     @model_validator(mode="before")
     @classmethod

@@ -16,6 +16,7 @@ from mpisph.inputs.spelling import nearest_quoted
 from mpisph.inputs.toml_file import read_toml
 from mpisph.inputs.toml_lines import line_numbers
 from mpisph.materials.model import Material
+from mpisph.materials.table_files import embed_table
 
 
 @lru_cache(maxsize=1)
@@ -102,7 +103,8 @@ def read_card(path: Path) -> Material:
     """
     text, data = read_toml(path)
     try:
-        return Material.model_validate({**data, "name": path.stem})
+        card = embed_table({**data, "name": path.stem}, path.parent)
+        return Material.model_validate(card)
     except ValidationError as error:
         origins = Origins(str(path), line_numbers(text), {})
         raise CaseError(model_problems(error, origins)) from None

@@ -9,7 +9,7 @@ from pydantic import Field, create_model, model_validator
 
 from mpisph.inputs.quantities import PROSE, Density, Description, Fraction
 from mpisph.inputs.sourced import Sourced
-from mpisph.physics.eos import GASES
+from mpisph.physics.eos import is_gas
 from mpisph.physics.eos.linear import Linear
 from mpisph.physics.response import KINDS
 
@@ -96,7 +96,7 @@ class _Material(Sourced):
             return material
         for model in KINDS["eos"].values():
             constants = material.constants(model.name)
-            if constants is None or model.name in GASES:
+            if constants is None or is_gas(model.name, constants, material.rho0):
                 continue
             modulus = material.rho0 * constants.bulk_sound_speed(material.rho0) ** 2
             if _LEAST_MODULUS <= modulus <= _LARGEST_MODULUS:

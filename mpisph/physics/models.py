@@ -23,7 +23,7 @@ from numba.extending import overload, register_jitable
 from pydantic.fields import FieldInfo
 
 from mpisph.core.jit import ENTRY
-from mpisph.inputs.quantities import Quantity
+from mpisph.inputs.quantities import Quantity, is_prose
 from mpisph.inputs.sourced import Sourced
 
 Equation = Callable[..., Any]
@@ -153,24 +153,39 @@ def record_type(constants: type[Sourced]) -> np.dtype[Any]:
     """Return the structured type of a model's constants; words go by their number."""
     kinds = [
         (name, np.int64 if _words(field) or field.annotation is int else np.float64)
-        for name, field in _fields(constants).items()
+        for name, field in _numbers(constants).items()
     ]
     kinds += [(name, np.float64) for name in constants.DERIVED]
-    return np.dtype((np.record, kinds))
+    arrays = [(name, np.float64, shape) for name, shape in constants.ARRAYS.items()]
+    return np.dtype((np.record, [*kinds, *arrays]))
 
 
-def record(constants: Sourced) -> tuple[float, ...]:
-    """Return constants in the order of `record_type`."""
-    fields = _fields(type(constants))
+def record(constants: Sourced, rho0: float) -> tuple[Any, ...]:
+    """Return constants in the order of `record_type`.
+
+    Parameters
+    ----------
+    constants : Sourced
+    rho0 : float
+        Reference density of the material [kg/m3].
+    """
+    fields = _numbers(type(constants))
     values = ((getattr(constants, name), _words(fields[name])) for name in fields)
     given = tuple(words.index(v) if words else v for v, words in values)
-    return given + tuple(getattr(constants, name) for name in constants.DERIVED)
+    derived = tuple(getattr(constants, name) for name in constants.DERIVED)
+    return given + derived + tuple(constants.arrays(rho0).values())
 
 
 def _fields(constants: type[Sourced]) -> dict[str, FieldInfo]:
-    """Return the fields that are constants."""
+    """Return the fields that are constants, and no prose."""
     fields = constants.model_fields.items()
-    return {name: field for name, field in fields if name != "sources"}
+    return {name: x for name, x in fields if name != "sources" and not is_prose(x)}
+
+
+def _numbers(constants: type[Sourced]) -> dict[str, FieldInfo]:
+    """Return the constants with which one calculates."""
+    fields = _fields(constants).items()
+    return {name: field for name, field in fields if field.annotation is not str}
 
 
 def _words(field: FieldInfo) -> tuple[str, ...]:

@@ -70,6 +70,12 @@ class MaterialModels(NamedTuple):
         return float(chosen.bulk_sound_speed(self.rho0))
 
     @property
+    def gas(self) -> bool:
+        """Whether it expands without being hit."""
+        name = self.names["eos"]
+        return eos.is_gas(name, self.constants.get(name), self.rho0)
+
+    @property
     def initial_distension(self) -> float:
         """Volume with pores over that of the solid, at the start."""
         pores: Any = self.constants.get(self.names["porosity"])
@@ -113,12 +119,14 @@ def material_table(materials: Sequence[MaterialModels]) -> MaterialTable:
         row["rho0"] = material.rho0
         row["rest_density"] = material.rest_density
         row["bulk_sound_speed"] = material.bulk_sound_speed
-        row["gas"] = material.names["eos"] in eos.GASES
+        row["gas"] = material.gas
         for kind, models in KINDS.items():
             chosen = models[material.names[kind]]
             row[kind] = list(models).index(chosen.name)
             if chosen.constants is not None:
-                row[chosen.attribute] = record(material.constants[chosen.name])
+                row[chosen.attribute] = record(
+                    material.constants[chosen.name], material.rho0
+                )
         if material.names["thermal"] != "none":
             thermal_constants: Any = material.constants[material.names["thermal"]]
             fill_isentrope(row, thermal_constants.reference_temperature)

@@ -5,16 +5,16 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from oracles import ALUMINIUM, approx, pressure_and_slopes, table_of
+from oracles import ALUMINIUM, PRESSURES, approx, pressure_and_slopes, table_of
 from scipy.integrate import solve_ivp
 
-from mpisph.physics.eos import GASES, MODELS
+from mpisph.physics.eos import GASES
 from mpisph.physics.eos import pressure as chosen_pressure
 from mpisph.physics.eos.mie_grueneisen import hugoniot_pressure
 from mpisph.physics.isentrope import fill_isentrope, on_isentrope
 from mpisph.physics.sound import sound_speed
 
-MATERIALS = {kind: ALUMINIUM._replace(eos=kind) for kind in MODELS}
+MATERIALS = {kind: ALUMINIUM._replace(eos=kind) for kind in PRESSURES}
 EACH = pytest.mark.parametrize("kind", MATERIALS)
 RHO0 = ALUMINIUM.rho0
 LINE = table_of(ALUMINIUM)[0].mie_grueneisen

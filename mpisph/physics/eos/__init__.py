@@ -10,6 +10,8 @@ References
 Lee, Seo, Min (2003), Trans. KSME A, eqs (18), (19), sections 2.5 and 2.6.
 """
 
+from typing import Any
+
 from mpisph.physics.models import choose, load_models
 
 MODELS = load_models(
@@ -19,10 +21,28 @@ MODELS = load_models(
         "linear",
         "tillotson",
         "ideal_gas",
+        "table",
     ],
 )
 
 GASES = frozenset({"ideal-gas"})
 """Models of matter that has no bulk modulus and expands without being hit."""
+
+
+def is_gas(model: str, constants: Any, rho0: float) -> bool:
+    """Say whether matter expands without being hit.
+
+    Parameters
+    ----------
+    model : str
+        Name of its equation of state.
+    constants : Sourced
+        Of that model.
+    rho0 : float
+        Reference density [kg/m3].
+    """
+    tabled = model == "table" and constants is not None
+    return model in GASES or (tabled and bool(constants.is_gas(rho0)))
+
 
 pressure = choose("eos", "pressure", MODELS)
