@@ -15,8 +15,8 @@ from mpisph.inputs.findings import Finding, Key
 from mpisph.inputs.spelling import nearest_quoted
 from mpisph.materials import card_names
 from mpisph.materials.choice import chosen_models
-from mpisph.materials.model import TABLES
-from mpisph.physics.response import KINDS
+from mpisph.materials.model import TABLES, Material
+from mpisph.physics.response import KINDS, MaterialModels
 
 __all__ = ["find_problems"]
 
@@ -178,21 +178,40 @@ def _check_models(parts: Parts) -> Iterator[Finding]:
         if body is None or material is None:
             continue
         chosen = chosen_models(material, parts.scheme, body.eos)
+        who = f'"{material.name}", the material of "{body.name}"'
         for kind, name in chosen.names.items():
+            key: Key = ("scheme", kind)
+            if kind == "eos" and body.eos:
+                key = ("bodies", i, "eos")
+            elif getattr(material, kind) is not None:
+                key = ("materials", body.material, kind)
             if name in TABLES and name not in chosen.constants:
-                key: Key = ("scheme", kind)
-                if kind == "eos" and body.eos:
-                    key = ("bodies", i, "eos")
-                elif getattr(material, kind) is not None:
-                    key = ("materials", body.material, kind)
+                label = KINDS[kind][name].label
                 yield Finding(
-                    key,
-                    f'"{material.name}", the material of "{body.name}", has no '
-                    f"{KINDS[kind][name].label} constants{_FLUID.get(kind, '')}",
+                    key, f"{who}, has no {label} constants{_FLUID.get(kind, '')}"
                 )
+            elif name in TABLES and chosen.constants[name].needs_temperature:
+                yield from _check_temperature(material, chosen, key, who)
 
 
 _FLUID = {"strength": '; strength = "none" in its table makes it a fluid'}
+
+
+def _check_temperature(
+    material: Material, chosen: MaterialModels, key: Key, who: str
+) -> Iterator[Finding]:
+    """Require a thermal model where another model depends on the temperature."""
+    if chosen.names["thermal"] != "none":
+        return
+    known = [model for model in KINDS["thermal"] if material.constants(model)]
+    remedy = "give it the constants of a thermal model, or take another model"
+    if known:
+        remedy = f'set thermal = "{known[0]}", for which it has constants'
+    yield Finding(
+        key,
+        f"{who}, has no temperature, on which {chosen.names[str(key[-1])]} depends; "
+        f"{remedy}",
+    )
 
 
 def _check_measured_plate(parts: Parts) -> Iterator[Finding]:

@@ -24,6 +24,11 @@ class Sourced(FrozenModel):
     sources: dict[str, Source] = Field(default_factory=dict, max_length=100)
     """Where each number comes from, by key."""
 
+    @property
+    def needs_temperature(self) -> bool:
+        """Whether what they describe depends on the temperature."""
+        return False
+
     @model_validator(mode="before")
     @classmethod
     def _split_sources(cls, data: Any) -> Any:
