@@ -9,6 +9,7 @@ from mpisph.physics.stress import equivalent_stress, jaumann_rate
 
 NAMES = {
     "eos": "linear",
+    "porosity": "none",
     "thermal": "none",
     "strength": "none",
     "failure": "none",
@@ -40,7 +41,8 @@ class Point:
         self.table = material_table([material])
         self.p = Particles.zeros(1)
         self.p.id[0] = number
-        self.set(rho=material.rho0, r=1.0, **state)
+        rest = {"rho": material.rest_density, "distension": material.initial_distension}
+        self.set(**rest | {"r": 1.0} | state)
         self.p.m[0] = 2.0 * np.pi * self.p.rho[0] * size**2
         self.p.h[0] = 1.5 * size
         self.respond(0.0)

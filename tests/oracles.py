@@ -9,6 +9,7 @@ import cmath
 import math
 from collections.abc import Mapping
 from decimal import Decimal, localcontext
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,6 +61,7 @@ class Matter(NamedTuple):
     P_min: float = -math.inf
     P_min_mode: str = "off"
     eos: str = "mie-grueneisen"
+    porosity: str = "none"
     thermal: str = "none"
     strength: str = "elastic-plastic"
     failure: str = "minimum-pressure"
@@ -186,39 +188,47 @@ def mie_grueneisen_pressure(rho, E, mat):
     """Reference: the Hugoniot, P = P_H + Gamma rho (E - E_H), or cold expansion."""
     if rho.real < mat.rho0:
         return mat.c0**2 * (rho - mat.rho0) + mat.gamma * rho * E
-    x = 1.0 - mat.rho0 / rho
-    m_end = last_hugoniot_compression(mat)
-    x_end = m_end / (1.0 + m_end)
-    P_H = hugoniot_of(x, mat)
-    if x.real > x_end:
-        slope = hugoniot_of(complex(x_end, 1e-30), mat).imag / 1e-30
-        slope *= (1.0 - x_end) ** 2  # by m = x/(1 - x)
-        P_H = hugoniot_of(x_end, mat) + slope * (rho / mat.rho0 - 1.0 - m_end)
-    E_H = 0.5 * P_H * x / mat.rho0
-    gamma = (mat.gamma + mat.gamma_slope * (rho / mat.rho0 - 1.0)) * mat.rho0 / rho
-    return P_H + gamma * rho * (E - E_H)
+    m, end = rho / mat.rho0 - 1.0, last_compression(mat._replace(more=None))
+    if m.real <= end:
+        return at_zero_energy(m, mat) + gamma_rho(m, mat) * E
+    slope = at_zero_energy(complex(end, 1e-30), mat).imag / 1e-30
+    return at_zero_energy(end, mat) + slope * (m - end) + gamma_rho(end, mat) * E
 
 
-def hugoniot_of(x, mat):
-    """Return P_H at the strain x = 1 - rho0/rho = u/U, by U (1 - s x - ...) = c0."""
+def gamma_rho(m, mat):
+    """Return Gamma rho of Gamma = (gamma0 + b m)/(1 + m)."""
+    return mat.rho0 * (mat.gamma + mat.gamma_slope * m)
+
+
+def hugoniot_of(m, mat):
+    """Return P_H and E_H by the strain x = u/U, from U (1 - s x - ...) = c0."""
+    x = m / (1.0 + m)
     U = mat.c0 / (1.0 - mat.slope * x - mat.slope2 * x**2 - mat.slope3 * x**3)
-    return mat.rho0 * U * (U * x)
+    return mat.rho0 * U * (U * x), 0.5 * (U * x) ** 2
 
 
-def last_hugoniot_compression(mat):
-    """Return 0.8 of the smallest m in which c0/U vanishes, by bisection."""
+def at_zero_energy(m, mat):
+    P_H, E_H = hugoniot_of(m, mat)
+    return P_H - gamma_rho(m, mat) * E_H
 
-    def share(x):
-        return 1.0 - mat.slope * x - mat.slope2 * x**2 - mat.slope3 * x**3
 
-    x = np.linspace(0.0, 1.0, 100_001)[:-1]
-    past = np.flatnonzero(share(x) <= 0.0)
-    if past.size == 0:
+@cache
+def last_compression(mat):
+    """Return 0.8 of the least m at a pole or a maximum, by bisection; or infinity."""
+
+    def rises(x):
+        m = x / (1.0 - x)
+        share = 1.0 - mat.slope * x - mat.slope2 * x**2 - mat.slope3 * x**3
+        return share > 0.0 and at_zero_energy(complex(m, 1e-30), mat).imag > 0.0
+
+    x = np.linspace(0.0, 1.0, 20_001)[:-1].tolist()
+    past = next((k for k, one in enumerate(x) if not rises(one)), None)
+    if past is None:
         return math.inf
-    low, high = x[past[0] - 1], x[past[0]]
+    low, high = x[past - 1], x[past]
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if share(middle) > 0.0 else (low, middle)
+        low, high = (middle, high) if rises(middle) else (low, middle)
     return 0.8 * low / (1.0 - low)
 
 
@@ -226,7 +236,9 @@ def tillotson_pressure(rho, E, mat):
     eta = rho / mat.rho0
     # A negative energy, which integration may leave, does not reach the pole.
     bracket = mat.b / ((E if E.real > 0.0 else 0.0) / mat.E0 / eta**2 + 1.0)
-    cold = (mat.a + bracket) * rho * E + mat.A * (eta - 1) + mat.B * (eta - 1) ** 2
+    cold = (mat.a + bracket) * rho * E + mat.A * (eta - 1)
+    if eta.real > 1.0:
+        cold += mat.B * (eta - 1) ** 2
     fade = 1.0 / eta - 1.0
     hot = mat.a * rho * E + (
         bracket * rho * E + mat.A * (eta - 1.0) * cmath.exp(-mat.beta * fade)

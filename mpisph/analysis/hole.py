@@ -91,7 +91,7 @@ def measure_hole(arrays: Mapping[str, npt.NDArray[Any]], case: Case) -> Hole:
     z = arrays["z"][own]
     top = np.minimum(z + 0.5 * ring.side, plate.rear_face)
     height = np.maximum(top - np.maximum(z - 0.5 * ring.side, plate.position), 0.0)
-    density = arrays["rho"][own] / case.body_material(plate).rho0
+    density = arrays["rho"][own] / case.body_models(plate).rest_density
     within, all_left = (
         2.0 * _edge(ring, density * x / plate.thickness, plate.radius)
         for x in (height, ring.side)

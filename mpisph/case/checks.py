@@ -16,6 +16,7 @@ from mpisph.inputs.spelling import nearest_quoted
 from mpisph.materials import card_names
 from mpisph.materials.choice import chosen_models
 from mpisph.materials.model import TABLES, Material
+from mpisph.physics.eos import GASES
 from mpisph.physics.response import KINDS, MaterialModels
 
 __all__ = ["find_problems"]
@@ -192,6 +193,12 @@ def _check_models(parts: Parts) -> Iterator[Finding]:
                 )
             elif name in TABLES and chosen.constants[name].needs_temperature:
                 yield from _check_temperature(material, chosen, key, who)
+
+        if chosen.names["porosity"] != "none" and chosen.names["eos"] in GASES:
+            yield Finding(
+                ("materials", body.material, "porosity"),
+                f'"{material.name}" is a gas, which has no pores',
+            )
 
 
 _FLUID = {"strength": '; strength = "none" in its table makes it a fluid'}

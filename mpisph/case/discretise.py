@@ -43,7 +43,7 @@ class InitialParticles(NamedTuple):
     u_r, E, S_rr, S_zz, S_rz : ndarray, shape (n,), or None
         Radial velocity [m/s], energy [J/kg] and stress [Pa]; None is zero.
     history : mapping of str to ndarray, shape (n,)
-        Fields of `HISTORY`; those left out are zero.
+        Fields of `HISTORY`; those left out are zero, the distension one.
     """
 
     id: IntArray
@@ -121,6 +121,8 @@ def discretise(
     for key, name in (("radial_velocity", "u_r"), ("energy", "E")):
         if all(getattr(body, key) == 0.0 for body in case.bodies):
             del fields[name]
+    if all(case.body_models(body).initial_distension == 1.0 for body in case.bodies):
+        del fields["distension"]
     return InitialParticles.of({"id": np.arange(first_id, end_id), **fields})
 
 
@@ -146,8 +148,8 @@ def _rings(filling: Filling, numbers: IntArray) -> Rings:
 def _body_particles(case: Case, which: int, rings: Rings) -> dict[str, Any]:
     """Return the fields of some particles of a body, without their ids."""
     body = case.bodies[which]
-    rho0 = case.body_material(body).rho0
-    state = starting_state(body, rho0, rings.r, rings.z)
+    models = case.body_models(body)
+    state = starting_state(body, models.rest_density, rings.r, rings.z)
     n = rings.r.size
     return {
         "body": np.full(n, which, np.int64),
@@ -156,5 +158,6 @@ def _body_particles(case: Case, which: int, rings: Rings) -> dict[str, Any]:
         "r": rings.r,
         "z": rings.z,
         "h": case.resolution.nph * rings.spacing,
+        "distension": np.full(n, models.initial_distension),
         **state._asdict(),
     }

@@ -197,16 +197,18 @@ def _add_defaults(case: Case, fields: Fields) -> None:
     body, n = fields["body"], fields["r"].size
     indices = np.array(case.material_indices, dtype=np.int64)
     material = fields.setdefault("material", indices[body])
-    rho0 = np.array([entry.rho0 for entry in case.material_table])
+    rest = np.array([entry.rest_density for entry in case.material_table])
+    pores = np.array([entry.initial_distension for entry in case.material_table])
     starts = {name: np.zeros(n) for name in StartingState._fields}
     for which, each in enumerate(case.bodies):
         mine = body == which
-        r, z, reference = fields["r"][mine], fields["z"][mine], rho0[material[mine]]
+        r, z, reference = fields["r"][mine], fields["z"][mine], rest[material[mine]]
         state = starting_state(each, reference, r, z)
         for name, values in state._asdict().items():
             starts[name][mine] = values
     for name, values in starts.items():
         fields.setdefault(name, values)
+    fields.setdefault("distension", pores[material])
     fields.setdefault("h", np.full(n, case.smoothing_length))
     for name in INITIAL:
         fields.setdefault(name, np.zeros(n))
@@ -221,6 +223,8 @@ def _value_findings(case: Case, fields: Fields) -> Iterator[Finding]:
             rules.append((values > 0.0, "more than 0"))
         if name in _NOT_NEGATIVE:
             rules.append((values >= 0.0, "at least 0"))
+        if name == "distension":
+            rules.append((values >= 1.0, "at least 1"))
         if name in {"r", "z"}:
             rules.append((np.abs(values) <= farthest, f"at most {farthest:g} m"))
         if name == "z" and (low := case.boundary.z_min) is not None:

@@ -335,9 +335,9 @@ def _warn_of_light_gas(case: Case) -> Iterator[str]:
     solids = [body for body in case.bodies if body not in gases]
     if not gases or not solids or case.time.cfl <= _GAS_CFL:
         return
-    densest = max(case.body_material(body).rho0 for body in solids)
+    densest = max(case.body_models(body).rest_density for body in solids)
     for body in gases:
-        rho0 = case.body_material(body).rho0
+        rho0 = case.body_models(body).rest_density
         density = rho0 * float(_density_ratios(body, rho0).min())
         if density < _LIGHT * densest and case.impact_velocity > 0.0:
             yield (
@@ -384,9 +384,9 @@ def _warn_of_starting_state(case: Case) -> Iterator[str]:
                 f"bodies.{body.name}.energy: a gas at rest without energy has no "
                 "pressure; P / ((gamma - 1) rho) gives it the pressure P"
             )
-        ratio = _unlike(_density_ratios(body, models.rho0))
+        ratio = _unlike(_density_ratios(body, models.rest_density))
         low, high = case.limits.density_ratio_min, case.limits.density_ratio_max
-        value = f"{ratio * models.rho0:.4g} kg/m^3 is {ratio:.3g} times"
+        value = f"{ratio * models.rest_density:.4g} kg/m^3 is {ratio:.3g} times"
         about = f"{value} the reference density of {models.material}"
         if not low <= ratio <= high:
             yield (

@@ -59,15 +59,15 @@ def has_expressions(body: Body) -> bool:
 
 
 def starting_state(
-    body: Body, rho0: FloatArray | float, r: FloatArray, z: FloatArray
+    body: Body, rest_density: FloatArray | float, r: FloatArray, z: FloatArray
 ) -> StartingState:
     """Return the state of some particles of a body at the start.
 
     Parameters
     ----------
     body : Body
-    rho0 : float or ndarray, shape (n,)
-        Reference density of its material [kg/m^3].
+    rest_density : float or ndarray, shape (n,)
+        Density of its material at rest [kg/m^3].
     r, z : ndarray, shape (n,)
         Where they are [m].
 
@@ -79,7 +79,7 @@ def starting_state(
     n_r, n_z = body.section.outward(r, z)
     speed, density, energy = (_values(body, key, r, z) for key in PROFILES)
     if body.density is None:
-        density = np.full(r.shape, rho0, np.float64)
+        density = np.full(r.shape, rest_density, np.float64)
     return StartingState(speed * n_r, body.velocity + speed * n_z, density, energy)
 
 

@@ -29,6 +29,7 @@ from mpisph.materials.model import (
     Ductile,
     EquationOfState,
     Failure,
+    Porosity,
     Strength,
     Thermal,
 )
@@ -141,6 +142,8 @@ class Scheme(FrozenModel):
     """Cut-off radius of the kernel over the smoothing length (R1)."""
     eos: EquationOfState = "mie-grueneisen"
     """Equation of state (R8) of all bodies and materials that name none."""
+    porosity: Porosity = "none"
+    """Porosity model (R19) of all materials that name none."""
     thermal: Thermal = "none"
     """Thermal model (R13) of all materials that name none."""
     strength: Strength = "elastic-plastic"

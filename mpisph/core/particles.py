@@ -86,6 +86,15 @@ FIELDS = (
     Field(
         "damage", "D", "1", "lost share of tension and shear", "history", False, True
     ),
+    Field(
+        "distension",
+        "alpha",
+        "1",
+        "volume with pores over that of the solid",
+        "history",
+        False,
+        True,
+    ),
     Field("du_r", "du_r/dt", "m/s2", "radial acceleration", "rate", False, False),
     Field("du_z", "du_z/dt", "m/s2", "axial acceleration", "rate", False, False),
     Field("drho", "drho/dt", "kg/m3/s", "rate of density", "rate", False, False),

@@ -10,6 +10,7 @@ from mpisph.materials.model import (
     EquationOfState,
     Failure,
     Material,
+    Porosity,
     Strength,
     Thermal,
 )
@@ -23,6 +24,10 @@ class Defaults(Protocol):
     @property
     def eos(self) -> EquationOfState:
         """Equation of state."""
+
+    @property
+    def porosity(self) -> Porosity:
+        """Porosity model."""
 
     @property
     def thermal(self) -> Thermal:

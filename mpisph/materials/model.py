@@ -15,12 +15,14 @@ from mpisph.physics.response import KINDS
 
 if TYPE_CHECKING:
     EquationOfState: TypeAlias = str
+    Porosity: TypeAlias = str
     Thermal: TypeAlias = str
     Strength: TypeAlias = str
     Failure: TypeAlias = str
     Ductile: TypeAlias = str
 else:
     EquationOfState = Literal[tuple(KINDS["eos"])]
+    Porosity = Literal[tuple(KINDS["porosity"])]
     Thermal = Literal[tuple(KINDS["thermal"])]
     Strength = Literal[tuple(KINDS["strength"])]
     Failure = Literal[tuple(KINDS["failure"])]
@@ -65,6 +67,8 @@ class _Material(Sourced):
     """Elements by their fractions of the mass; radiographs alone need it."""
     eos: EquationOfState | None = None
     """Equation of state (R8); the scheme's, if left out."""
+    porosity: Porosity | None = None
+    """Porosity model (R19); the scheme's, if left out."""
     thermal: Thermal | None = None
     """Thermal model (R13); the scheme's, if left out."""
     strength: Strength | None = None

@@ -12,13 +12,14 @@ from numba import njit
 
 from mpisph.core.jit import EXACT
 from mpisph.inputs.sourced import Sourced
-from mpisph.physics import ductile, eos, failure, strength, thermal
+from mpisph.physics import ductile, eos, failure, porosity, strength, thermal
 from mpisph.physics.cracks import crack_growth, ring_size
 from mpisph.physics.ductile import used_up
 from mpisph.physics.eos import pressure
 from mpisph.physics.failure import damage_growth, limit_tension
 from mpisph.physics.isentrope import ISENTROPE, fill_isentrope
 from mpisph.physics.models import Model, record, record_type
+from mpisph.physics.porosity import distension
 from mpisph.physics.sound import sound_speed
 from mpisph.physics.strength import flow_stress, shear_modulus
 from mpisph.physics.stress import equivalent_stress
@@ -29,6 +30,7 @@ MaterialTable = npt.NDArray[np.void]
 
 KINDS: Mapping[str, Mapping[str, Model]] = {
     "eos": eos.MODELS,
+    "porosity": porosity.MODELS,
     "thermal": thermal.MODELS,
     "strength": strength.MODELS,
     "failure": failure.MODELS,
@@ -49,7 +51,7 @@ class MaterialModels(NamedTuple):
     material : str
         Name of the material.
     rho0 : float
-        Reference density [kg/m3].
+        Reference density of the solid [kg/m3].
     names : mapping of str to str
         Name of the model of each kind.
     constants : mapping of str to Sourced
@@ -67,11 +69,23 @@ class MaterialModels(NamedTuple):
         chosen: Any = self.constants[self.names["eos"]]
         return float(chosen.bulk_sound_speed(self.rho0))
 
+    @property
+    def initial_distension(self) -> float:
+        """Volume with pores over that of the solid, at the start."""
+        pores: Any = self.constants.get(self.names["porosity"])
+        return 1.0 if pores is None else float(pores.initial_distension)
+
+    @property
+    def rest_density(self) -> float:
+        """Density at the start, with pores [kg/m3]."""
+        return self.rho0 / self.initial_distension
+
 
 def table_type() -> np.dtype[Any]:
     """Return the structured type of a row of the table of constants."""
     common = [
         ("rho0", np.float64),
+        ("rest_density", np.float64),
         ("bulk_sound_speed", np.float64),
         ("gas", np.bool_),
         ("isentrope", ISENTROPE),
@@ -97,6 +111,7 @@ def material_table(materials: Sequence[MaterialModels]) -> MaterialTable:
     table = np.zeros(len(materials), table_type())
     for row, material in zip(table, materials, strict=True):
         row["rho0"] = material.rho0
+        row["rest_density"] = material.rest_density
         row["bulk_sound_speed"] = material.bulk_sound_speed
         row["gas"] = material.names["eos"] in eos.GASES
         for kind, models in KINDS.items():
@@ -150,7 +165,7 @@ def plastic_return(x, k, mat, stress, dt):
 
 @njit(**EXACT)
 def respond(x, table, sound_speed_floor, dt):
-    """Set the response to the state; bring the stress back to yield (R7-R9, R13-R18).
+    """Set the response to the state; bring the stress back to yield (R7-R9, R13-R20).
 
     Parameters
     ----------
@@ -164,7 +179,10 @@ def respond(x, table, sound_speed_floor, dt):
     """
     for k in range(x.material.size):
         mat = table[x.material[k]]
-        P, dP_drho, dP_dE = pressure(x.rho[k], x.E[k], mat)
+        alpha = distension(x, k, mat)
+        x.distension[k] = alpha
+        P, dP_drho, dP_dE = pressure(alpha * x.rho[k], x.E[k], mat)
+        P, dP_dE = P / alpha, dP_dE / alpha
         x.P[k] = P
         x.T[k], x.melt[k] = temperature(x, k, mat)
         x.G[k] = shear_modulus(x, k, mat)

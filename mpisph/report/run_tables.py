@@ -38,6 +38,7 @@ _PAIR_FORMS = {
 
 _KIND_NAMES = {
     "eos": "equation of state",
+    "porosity": "porosity",
     "thermal": "temperature",
     "strength": "strength",
     "failure": "failure in tension",

@@ -208,6 +208,7 @@ def _share_out(comm: MPI.Intracomm, share: InitialParticles, cut: Cut) -> Partic
 def _particles(share: InitialParticles, piece: slice) -> Particles:
     ids = share.id[piece]
     p = Particles.zeros(ids.size)
+    p.distension[:] = 1.0
     for name, values in share.fields().items():
         getattr(p, name)[:] = values[piece]
     return p

@@ -20,7 +20,8 @@ class PairRecord(NamedTuple):
     to the pair's means, `half_alpha_c` (alpha c/2) to that of alpha c, and `two_zeta`
     to four times that of zeta; `V_F` is ``-2 m/(rho r^(1/2))``, which is
     V F h^2 r^(-1/2); `s_..` is sigma B, compression positive (R3), and `half_s_tr` is
-    ``(s_tt - s_rr)/2``. `eta` is rho/rho0, negative where theta is zero (R3).
+    ``(s_tt - s_rr)/2``. `eta` is rho over its value at rest, negative where theta is
+    zero (R3).
     """
 
     r: float
@@ -65,7 +66,7 @@ def write_pair_records(sources, order, table, scheme, records):
         P, c, div = sources.P[k], sources.c[k], sources.div[k]
         S_rr, S_zz, S_rz = sources.S_rr[k], sources.S_zz[k], sources.S_rz[k]
         mat = table[sources.material[k]]
-        eta = rho / mat.rho0
+        eta = rho / mat.rest_density
         by_mass = div < 0.0 or (mat.gas and eta > 1.0)
         sigma = (P - S_rr, P + S_rr + S_zz, -S_rz, -S_rz, P - S_zz)
         B = (sources.B_rr[k], sources.B_tt[k], sources.B_rz[k], sources.B_zz[k])

@@ -46,6 +46,7 @@ def plates(
     spacing: float,
     radius: float,
     end: float,
+    materials: Mapping[str, Any] | None = None,
     **scheme: Any,
 ) -> Case:
     """Return the case of two plates that touch at z = 0 when it begins.
@@ -62,6 +63,8 @@ def plates(
         [m].
     end : float
         Output is written at the start, at half of it and at it [s].
+    materials : mapping, optional
+        Their tables, where they are no cards.
     **scheme
         Settings other than the defaults.
     """
@@ -81,6 +84,7 @@ def plates(
                 {**plate, "name": "target", "material": target, "position": 0.0},
             ],
             "resolution": {"spacing": spacing, "nph": 1.5},
+            "materials": materials or {},
             "scheme": scheme,
             "time": {"end": end},
             "output": {"times": [0.5 * end, end], "figures": False},

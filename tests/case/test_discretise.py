@@ -215,6 +215,21 @@ def test_a_share_takes_memory_for_itself_alone():
     assert peak < 1e6, "3000 rows, 1000 particles"
 
 
+def test_a_porous_body_starts_with_its_pores():
+    """With the mass that is left of the solid's."""
+    pores = {"initial_distension": 2.5, "elastic_pressure": 0.0}
+    table = {"porosity": "p-alpha", "p-alpha": pores | {"solid_pressure": 1e8}}
+    data = {"title": "t", "bodies": [sphere(), plate(material="al-6061-t6")]}
+    data |= {"time": {"end": 1e-6}, "resolution": {"npr": 5}}
+    solid = discretise(case_from_dict(data))
+    porous = discretise(case_from_dict(data | {"materials": {"al-6061-t6": table}}))
+    assert "distension" not in solid.history
+    share = np.where(porous.body == 1, 1.0 / 2.5, 1.0)
+    np.testing.assert_allclose(porous.rho, share * solid.rho, rtol=1e-15)
+    np.testing.assert_allclose(porous.m, share * solid.m, rtol=1e-15)
+    np.testing.assert_array_equal(porous.history["distension"], 1.0 / share)
+
+
 def digest(p):
     """Of all bits of all particles, in their order."""
     arrays = list(p.fields().values())

@@ -34,6 +34,7 @@ def test_what_is_not_given_is_as_at_the_start_of_a_case(case):
     rho0 = [entry.rho0 for entry in case.material_table]
     assert got["rho"].tolist() == [rho0[0], rho0[0], rho0[1]]
     assert got["h"].tolist() == [case.smoothing_length] * 3
+    assert got["distension"].tolist() == [1.0] * 3
     for name in ("u_r", "E", "S_rr", "S_zz", "S_rz", "plastic_strain"):
         assert not got[name].any()
 

@@ -261,6 +261,18 @@ def test_a_material_without_any_equation_of_state_is_refused(data):
     assert keys == {"scheme.eos", "scheme.strength"}
 
 
+def test_a_gas_has_no_pores(data):
+    gas = {"rho0": 1.2, "eos": "ideal-gas", "strength": "none", "porosity": "p-alpha"}
+    gas["ideal-gas"] = {"gamma": 1.4, "c0": 340.0}
+    gas["p-alpha"] = {"initial_distension": 2, "elastic_pressure": 0}
+    gas["p-alpha"]["solid_pressure"] = "1 MPa"
+    data["materials"] = {"air": gas}
+    data["bodies"][1]["material"] = "air"
+    problem = only_problem(data)
+    assert problem.key == "materials.air.porosity"
+    assert problem.expected == '"air" is a gas, which has no pores'
+
+
 def test_tillotson_energies_are_in_order(data):
     data["materials"] = {"al-lee2003": {"tillotson": {"Es": "20 MJ/kg"}}}
     assert "Es_prime must exceed Es" in only_problem(data).expected

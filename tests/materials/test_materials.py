@@ -19,6 +19,7 @@ DEFAULTS = SimpleNamespace(
     strength="elastic-plastic",
     failure="minimum-pressure",
     ductile="none",
+    porosity="none",
     p_min=MinimumPressure(value=-5e8),
 )
 
@@ -64,6 +65,7 @@ def test_the_scheme_chooses_for_materials_that_choose_nothing():
         "strength": "elastic-plastic",
         "failure": "minimum-pressure",
         "ductile": "none",
+        "porosity": "none",
     }
     assert chosen.constants["minimum-pressure"].value == -5e8
     assert chosen.bulk_sound_speed == 3940.0

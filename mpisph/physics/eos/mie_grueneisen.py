@@ -13,6 +13,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 from numba import njit
+from numpy.polynomial import Polynomial
 from pydantic import Field
 
 from mpisph.core.jit import ENTRY, EXACT
@@ -21,7 +22,11 @@ from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
 
 POLE_SHARE = 0.8
-"""Share of the way in m to the Hugoniot's pole from which on its tangent continues."""
+"""Share of the way in m to where the pressure without energy has its pole, or stops
+rising, from which on its tangent continues."""
+
+_LARGEST_STRAIN = 0.999
+# Of 1 - rho0/rho; there is a root at 1 itself, known to its rounding only.
 
 _Coefficient = Annotated[float, Field(ge=-20, le=20), Quantity("")]
 
@@ -50,10 +55,16 @@ class MieGrueneisen(Sourced):
 
     @property
     def last_compression(self) -> float:
-        """The m from which on the Hugoniot is continued by its tangent."""
-        roots = np.roots([-self.slope3, -self.slope2, -self.slope, 1.0])
-        poles = [x.real for x in roots if abs(x.imag) < 1e-9 and 0.0 < x.real < 1.0]
-        return POLE_SHARE * min(poles) / (1.0 - min(poles)) if poles else math.inf
+        """The m from which on the pressure without energy goes on along its tangent."""
+        x = Polynomial([0.0, 1.0])  # 1 - rho0/rho
+        D = Polynomial([1.0, -self.slope, -self.slope2, -self.slope3])
+        # P = rho0 c0^2 n/((1 - x) D^2), and the numerator of its slope:
+        n = x * (1 - x) - 0.5 * x**2 * (self.gamma0 * (1 - x) + self.gamma_slope * x)
+        rise = (1 - x) * (n.deriv() * D - 2 * n * D.deriv()) + n * D
+        roots = np.concatenate([D.roots(), rise.roots()])
+        real = roots.real[np.abs(roots.imag) < 1e-9]
+        ends = [float(x) for x in real if 0.0 < x < _LARGEST_STRAIN]
+        return POLE_SHARE * min(ends) / (1.0 - min(ends)) if ends else math.inf
 
 
 @njit(**EXACT)
@@ -62,31 +73,30 @@ def hugoniot_pressure(m, rho0, constants):
     a = rho0 * constants.c0 * constants.c0
     if m < 0.0:
         return a * m, a
-    end = min(m, constants.last_compression)
-    v = 1.0 / (1.0 + end)
-    x = end * v
+    v = 1.0 / (1.0 + m)
+    x = m * v
     D = 1.0 - x * (constants.slope + x * (constants.slope2 + x * constants.slope3))
     rise = constants.slope + x * (2.0 * constants.slope2 + 3.0 * x * constants.slope3)
-    P = a * x / (D * D)
-    dP = a * v * v * (D + 2.0 * x * rise) / (D * D * D)
-    return P + dP * (m - end), dP
+    return a * x / (D * D), a * v * v * (D + 2.0 * x * rise) / (D * D * D)
 
 
 @njit(**EXACT)
 def mie_grueneisen(rho, E, rho0, constants):
     """Return P, dP/drho, dP/dE of the Mie-Grueneisen equation (R8)."""
     m = rho / rho0 - 1.0
-    gamma = constants.gamma0
-    P_H, dP_H = hugoniot_pressure(m, rho0, constants)
+    gamma, b = constants.gamma0, constants.gamma_slope
+    end = min(m, constants.last_compression)
+    P_H, dP_H = hugoniot_pressure(end, rho0, constants)
     if m < 0.0:  # no shock leads there: P_H is a cold curve, Gamma constant
         return P_H + gamma * rho * E, dP_H / rho0 + gamma * E, gamma * rho
-    b = constants.gamma_slope
-    gamma += b * m  # Gamma rho/rho0
-    v = 1.0 / (1.0 + m)
-    share = 1.0 - 0.5 * gamma * m * v
-    P = share * P_H + gamma * rho0 * E
-    fall = 0.5 * v * (b * m + gamma * v)
-    dP_drho = (share * dP_H - fall * P_H) / rho0 + b * E
+    gamma += b * end  # Gamma rho/rho0
+    v = 1.0 / (1.0 + end)
+    share = 1.0 - 0.5 * gamma * end * v
+    slope = share * dP_H - 0.5 * v * (b * end + gamma * v) * P_H
+    P = share * P_H + slope * (m - end) + gamma * rho0 * E
+    dP_drho = slope / rho0
+    if m == end:
+        dP_drho += b * E
     return P, dP_drho, gamma * rho0
 
 

@@ -5,6 +5,8 @@
 References
 ----------
 Tillotson (1962), General Atomic report GA-3216.
+Saito, Kaiho, Abe, Katayama, Takayama (2008), Int. J. Impact Eng. 35, 1770: no B in
+expansion.
 """
 
 import math
@@ -33,7 +35,7 @@ class Tillotson(Sourced):
     A: PositivePressure
     """Linear coefficient of the cold compression curve."""
     B: Pressure
-    """Quadratic coefficient of the cold compression curve."""
+    """Quadratic coefficient of the cold compression curve; none in expansion."""
     E0: SpecificEnergy
     """Energy that sets the fall of the b term."""
     Es: SpecificEnergy
@@ -71,17 +73,20 @@ def tillotson_denominator(eta, E, mat):
 
 @njit(**EXACT)
 def tillotson_compressed(rho, E, rho0, mat):
-    """Return P, dP/drho, dP/dE of Tillotson's compressed or cold branch (R8)."""
+    """Return P, dP/drho, dP/dE of Tillotson's compressed or cold branch (R8).
+
+    The quadratic term counts in compression alone: with it cold matter would push
+    itself apart from ``eta = 1 - A/B`` on, nylon at 0.7.
+    """
     eta = rho / rho0
     m = eta - 1.0
+    B = mat.B if m > 0.0 else 0.0
     w = tillotson_denominator(eta, E, mat)
     share = mat.a + mat.b / w
-    P = share * rho * E + m * (mat.A + mat.B * m)
+    P = share * rho * E + m * (mat.A + B * m)
     # dw/drho = -2 (w - 1)/rho and dw/dE = (w - 1)/E.
     dP_drho = (
-        share * E
-        + 2.0 * mat.b * E * (w - 1.0) / (w * w)
-        + (mat.A + 2.0 * mat.B * m) / rho0
+        share * E + 2.0 * mat.b * E * (w - 1.0) / (w * w) + (mat.A + 2.0 * B * m) / rho0
     )
     dP_dE = rho * (mat.a + mat.b / (w * w))
     return P, dP_drho, dP_dE

@@ -79,7 +79,7 @@ def share_molten(T, T_m, heat_capacity, heat_of_fusion):
 @njit(**ENTRY)
 def _temperature(x, k, mat):
     thermal = mat.heat_capacity
-    eta = x.rho[k] / mat.rho0
+    eta = x.distension[k] * x.rho[k] / mat.rho0
     E_s, T_s = on_isentrope(eta, mat.isentrope)
     stored = (1.0 - thermal.heating_share) * x.plastic_work[k]
     T = T_s + (x.E[k] - E_s - stored) / thermal.heat_capacity

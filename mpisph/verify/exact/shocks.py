@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
-from mpisph.core.particles import Particles
 from mpisph.physics.eos import pressure
 from mpisph.physics.response import MaterialModels, material_table
 
@@ -74,19 +73,20 @@ class Shocked(NamedTuple):
 
 
 def matter_of(models: MaterialModels) -> Matter:
-    """Return a material of a case, with its equation of state as programmed."""
+    """Return a material of a case, with its equation of state as programmed.
+
+    Pores count in the density at rest alone: the shocks that are looked for crush them
+    all, and what is behind has the pressure of the solid.
+    """
     (row,) = material_table([models])
-    probe = Particles.zeros(1)
-    state = probe.material_state()
 
     def of(density: float, energy: float) -> float:
-        probe.rho[0], probe.E[0] = density, energy
-        return float(pressure(state, 0, row)[0])
+        return float(pressure(density, energy, row)[0])
 
     solid = models.names["strength"] == "elastic-plastic"
     strength = models.constants.get("elastic-plastic") if solid else None
     return Matter(
-        models.rho0,
+        models.rest_density,
         of,
         getattr(strength, "shear_modulus", 0.0),
         getattr(strength, "yield_strength", 0.0),

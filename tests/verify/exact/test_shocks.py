@@ -55,6 +55,41 @@ def assert_conserved(matter, waves):
         assert change == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("u", [500.0, 1500.0, 3000.0])
+def test_porous_matter_is_shocked_to_its_solid(u):
+    """About the solid's Hugoniot, which the jump from a larger volume leaves."""
+    case = case_from_dict(
+        {
+            "title": "foam",
+            "bodies": [
+                {"name": "foam", "shape": "plate", "thickness": 1e-3, "radius": 1e-2}
+                | {"material": "al-6061-t6"}
+            ],
+            "scheme": {"strength": "none", "porosity": "p-alpha"},
+            "materials": {
+                "al-6061-t6": {
+                    "p-alpha": {
+                        "initial_distension": 1.6,
+                        "elastic_pressure": 0.0,
+                        "solid_pressure": 1e8,
+                    }
+                }
+            },
+            "resolution": {"spacing": 1e-4},
+            "time": {"end": 1e-6},
+        }
+    )
+    matter = matter_of(case.material_table[0])
+    assert matter.density == pytest.approx(RHO0 / 1.6)
+    (wave,) = plane_waves(matter, u)
+    assert_conserved(matter, [wave])
+    V0, V00, V = 1.0 / RHO0, 1.6 / RHO0, 1.0 / wave.density
+    x, g = 1.0 - V / V0, 0.5 * GAMMA * RHO0
+    P_H = RHO0 * C0**2 * x / (1.0 - SLOPE * x) ** 2
+    P = P_H * (1.0 - g * (V0 - V)) / (1.0 - g * (V00 - V))
+    assert wave.pressure == pytest.approx(P, rel=1e-9)
+
+
 @pytest.mark.parametrize("u", [1.0, 200.0, 1500.0, 3500.0])
 def test_a_fluid_follows_its_line(u):
     (wave,) = plane_waves(FLUID, u)
