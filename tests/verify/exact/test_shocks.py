@@ -68,6 +68,7 @@ def test_porous_matter_is_shocked_to_its_solid(u):
             "scheme": {"strength": "none", "porosity": "p-alpha"},
             "materials": {
                 "al-6061-t6": {
+                    "mie-grueneisen": {"gamma_slope": 0.0},
                     "p-alpha": {
                         "initial_distension": 1.6,
                         "elastic_pressure": 0.0,
