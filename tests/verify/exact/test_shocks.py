@@ -73,7 +73,7 @@ def test_porous_matter_is_shocked_to_its_solid(u):
                         "initial_distension": 1.6,
                         "elastic_pressure": 0.0,
                         "solid_pressure": 1e8,
-                    }
+                    },
                 }
             },
             "resolution": {"spacing": 1e-4},
