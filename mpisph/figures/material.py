@@ -1,5 +1,6 @@
 """A figure of a material: shocks, isentrope, melting, yield, strain to fracture."""
 
+import textwrap
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -9,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mpisph.core.errors import CaseError, Problem
 from mpisph.core.particles import FloatArray
 from mpisph.figures.style import (
     BOX,
@@ -49,6 +51,7 @@ _HEATED = (0.0, 0.3, 0.6, 0.9)
 # Parts of the way from room temperature to melting.
 
 _ROW_HEIGHT = 2.65
+_TITLE_WIDTH = 88
 _LEGEND: dict[str, Any] = {"fontsize": 7.0, "handlelength": 2.2}
 _FLAT: dict[str, Any] = {"color": "0.4", "linestyle": ":", "linewidth": 1.3}
 
@@ -85,13 +88,19 @@ def draw_material(card: Material, out: Out) -> None:
     ------
     OSError
         If the figure cannot be written.
+    CaseError
+        If the card has nothing to draw.
     """
     panels = _panels(card)
+    if not panels:
+        expected = "no equation of state of a solid, so there are no curves to draw"
+        raise CaseError([Problem(expected, key="material", value=f'"{card.name}"')])
     rows = -(-len(panels) // 2)
     with mpl.rc_context(STYLE):
         height = _ROW_HEIGHT * rows + 0.35
         figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
         title = f"{card.name}: {card.description}" if card.description else card.name
+        title = textwrap.fill(title, _TITLE_WIDTH)
         figure.suptitle(title, x=0.012, ha="left", fontsize=10.0, parse_math=False)
         grid = figure.subplots(rows, 2, squeeze=False).ravel()
         for axes, panel in zip(grid, panels, strict=False):

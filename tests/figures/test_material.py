@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from mpisph.core.errors import CaseError
 from mpisph.figures.material import draw_material
-from mpisph.materials import card_names, load_card
+from mpisph.materials import Material, card_names, load_card
 
 
 @pytest.fixture
@@ -35,6 +36,17 @@ def test_every_card_can_be_drawn(drawn, tmp_path, name):
         assert axes.get_ylabel()
         for line in axes.lines:
             assert np.all(np.isfinite(line.get_xydata()))
+
+
+def test_a_gas_has_no_curves(tmp_path):
+    gas = Material(name="air", rho0=1.2, **{"ideal-gas": {"gamma": 1.4, "c0": 340.0}})
+    with pytest.raises(CaseError, match="no curves to draw"):
+        draw_material(gas, tmp_path / "air.png")
+
+
+def test_an_unknown_format_is_told(tmp_path):
+    with pytest.raises(CaseError, match=r"expected a name that ends in .*\.png"):
+        draw_material(load_card("ta"), tmp_path / "ta.xyz")
 
 
 def test_curves_of_aluminium(drawn, tmp_path):
