@@ -15,9 +15,9 @@ from mpisph.inputs.findings import Finding, Key
 from mpisph.inputs.spelling import nearest_quoted
 from mpisph.materials import card_names
 from mpisph.materials.choice import chosen_models
-from mpisph.materials.model import TABLES
+from mpisph.materials.model import TABLES, Material
 from mpisph.physics.eos.table import Tabulated
-from mpisph.physics.response import KINDS
+from mpisph.physics.response import KINDS, MaterialModels
 
 __all__ = ["find_problems"]
 
@@ -179,30 +179,51 @@ def _check_models(parts: Parts) -> Iterator[Finding]:
         if body is None or material is None:
             continue
         chosen = chosen_models(material, parts.scheme, body.eos)
+        who = f'"{material.name}", the material of "{body.name}"'
         for kind, name in chosen.names.items():
+            key: Key = ("scheme", kind)
+            if kind == "eos" and body.eos:
+                key = ("bodies", i, "eos")
+            elif getattr(material, kind) is not None:
+                key = ("materials", body.material, kind)
             if name in TABLES and name not in chosen.constants:
-                key: Key = ("scheme", kind)
-                if kind == "eos" and body.eos:
-                    key = ("bodies", i, "eos")
-                elif getattr(material, kind) is not None:
-                    key = ("materials", body.material, kind)
+                label = KINDS[kind][name].label
                 yield Finding(
-                    key,
-                    f'"{material.name}", the material of "{body.name}", has no '
-                    f"{KINDS[kind][name].label} constants{_FLUID.get(kind, '')}",
+                    key, f"{who}, has no {label} constants{_FLUID.get(kind, '')}"
                 )
-
-        tabled = chosen.constants.get(chosen.names["eos"])
-        if isinstance(tabled, Tabulated) and (text := tabled.mistake(material.rho0)):
-            yield Finding(("materials", body.material, "table"), text)
-        if chosen.names["porosity"] != "none" and chosen.gas:
-            yield Finding(
-                ("materials", body.material, "porosity"),
-                f'"{material.name}" is a gas, which has no pores',
-            )
+            elif name in TABLES and chosen.constants[name].needs_temperature:
+                yield from _check_temperature(material, chosen, key, who)
+        yield from _check_state_at_rest(chosen, ("materials", body.material))
 
 
 _FLUID = {"strength": '; strength = "none" in its table makes it a fluid'}
+
+
+def _check_state_at_rest(chosen: MaterialModels, key: Key) -> Iterator[Finding]:
+    """Require the reference state in a table, and a solid around pores."""
+    constants = chosen.constants.get(chosen.names["eos"])
+    if isinstance(constants, Tabulated) and (text := constants.mistake(chosen.rho0)):
+        yield Finding((*key, "table"), text)
+    elif chosen.names["porosity"] != "none" and chosen.gas:
+        text = f'"{chosen.material}" is a gas, which has no pores'
+        yield Finding((*key, "porosity"), text)
+
+
+def _check_temperature(
+    material: Material, chosen: MaterialModels, key: Key, who: str
+) -> Iterator[Finding]:
+    """Require a thermal model where another model depends on the temperature."""
+    if chosen.names["thermal"] != "none":
+        return
+    known = [model for model in KINDS["thermal"] if material.constants(model)]
+    remedy = "give it the constants of a thermal model, or take another model"
+    if known:
+        remedy = f'set thermal = "{known[0]}", for which it has constants'
+    yield Finding(
+        key,
+        f"{who}, has no temperature, on which {chosen.names[str(key[-1])]} depends; "
+        f"{remedy}",
+    )
 
 
 def _check_measured_plate(parts: Parts) -> Iterator[Finding]:

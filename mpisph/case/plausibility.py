@@ -71,6 +71,8 @@ def find_warnings(case: Case) -> list[str]:
         _warn_of_starting_state,
         _warn_of_thin_walls,
         _warn_of_foam,
+        _warn_of_materials,
+        _warn_of_heat,
         _warn_of_smoothing,
         _warn_of_viscosity,
         _warn_of_light_gas,
@@ -197,11 +199,88 @@ def _warn_of_foam(case: Case) -> Iterator[str]:
 
 def _strong_without_tension(models: MaterialModels) -> bool:
     strength, failure = (models.names[kind] for kind in ("strength", "failure"))
-    if strength != "elastic-plastic" or failure != "minimum-pressure":
+    if strength == "none" or failure != "minimum-pressure":
         return False
     constants: Any = models.constants
-    limit, yields = constants[failure], constants[strength].yield_strength
+    limit, yields = constants[failure], 1.0
+    if strength == "elastic-plastic":
+        yields = constants[strength].yield_strength
     return bool(yields > 0.0 and limit.value == 0.0 and limit.mode != "off")
+
+
+def _warn_of_materials(case: Case) -> Iterator[str]:
+    """Warn of constants that no matter has, and of models without effect."""
+    seen: set[str] = set()
+    for models in case.material_table:
+        for text in _doubts(models):
+            if text not in seen:
+                yield text
+            seen.add(text)
+
+
+def _doubts(models: MaterialModels) -> Iterator[str]:
+    """Yield what is doubtful about a material's choice of models and constants."""
+    key = f"materials.{models.material}"
+    chosen: dict[str, Any] = {
+        name: models.constants[name]
+        for name in models.names.values()
+        if name in models.constants
+    }
+    bulk = models.rho0 * models.bulk_sound_speed**2
+    if spall := chosen.get("spall"):
+        share = spall.strength / bulk
+        if not _LEAST_SPALL <= share <= _LARGEST_SPALL:
+            yield (
+                f"{key}.spall.strength: {spall.strength:.4g} Pa is {share:.2g} of the "
+                f"bulk modulus, where solids part at {_LEAST_SPALL:g} to "
+                f"{_LARGEST_SPALL:g} of it; is the unit right?"
+            )
+    if steinberg := chosen.get("steinberg-guinan"):
+        rise = steinberg.A * bulk
+        if rise > _LARGEST_RISE:
+            yield (
+                f"{key}.steinberg-guinan.A: at a pressure of the bulk modulus the "
+                f"shear modulus would rise {rise:.3g}-fold; Steinberg gives it per "
+                'Mbar, as in "6.52 Mbar^-1"; is the unit right?'
+            )
+    if thermal := chosen.get("heat-capacity"):
+        if thermal.melting_gamma < _LEAST_MELTING_GAMMA:
+            yield (
+                f"{key}.heat-capacity.melting_gamma: with {thermal.melting_gamma:g} "
+                "the melting temperature falls with compression; take the Grueneisen "
+                "parameter, or 1/3 for a constant one"
+            )
+    if models.names["strength"] == "none":
+        ductile = "johnson-cook-damage"
+        for kind, model in (("failure", "grady-kipp"), ("ductile", ductile)):
+            if models.names[kind] == model:
+                yield (
+                    f"{key}.{kind}: without strength there is neither shear modulus "
+                    f"nor plastic strain, and {model} breaks nothing; give it "
+                    f"strength, or set {kind} to another model"
+                )
+
+
+_LEAST_SPALL, _LARGEST_SPALL = 2e-4, 0.1
+"""Spall strength over bulk modulus: ice has 0.002, metals 0.006 to 0.02, and crystals
+without a flaw some 0.1."""
+
+_LARGEST_RISE = 30.0
+"""Of the shear modulus over itself; Steinberg's metals have 2 to 6."""
+
+_LEAST_MELTING_GAMMA = 0.333
+
+
+def _warn_of_heat(case: Case) -> Iterator[str]:
+    """Warn of artificial heat that spoils temperatures."""
+    heat = case.scheme.heat
+    warm = [m.material for m in case.material_table if m.names["thermal"] != "none"]
+    if warm and heat.enabled and heat.g1 > 0.0:
+        yield (
+            f"scheme.heat.g1: with {heat.g1:g} heat is conducted everywhere, so that "
+            f"temperatures and melting of {', '.join(dict.fromkeys(warm))} are wrong; "
+            "set it to 0"
+        )
 
 
 def _warn_of_smoothing(case: Case) -> Iterator[str]:

@@ -1,7 +1,6 @@
 """The commands before a run: materials, init, schema."""
 
 import json
-import re
 import sys
 import tomllib
 from pathlib import Path
@@ -14,6 +13,7 @@ from rich.table import Table
 from mpisph.case import case_from_dict, case_schema
 from mpisph.case.card_files import ENDING
 from mpisph.case.draft import Draft, draft_case
+from mpisph.cli.options import OutputPath
 from mpisph.core.console import open_console
 from mpisph.core.errors import CaseError, Problem
 from mpisph.inputs.folder_name import folder_name
@@ -21,12 +21,10 @@ from mpisph.inputs.quantities import si_value
 from mpisph.io.files import write_text
 from mpisph.materials import Material, card_names, load_card, read_card
 from mpisph.materials.model import TABLES
-from mpisph.parallel.collectives import from_root
+from mpisph.parallel.collectives import from_root, on_root
 from mpisph.physics.models import described
+from mpisph.physics.response import KINDS
 from mpisph.solver.estimate import Estimate, estimate
-
-_TITLE = re.compile(r"(.*?\(\d{4}\)).*")
-# Of a source, to its year: what follows is the place in it.
 
 
 @click.command("schema")
@@ -37,17 +35,36 @@ def schema_command() -> None:
 
 @click.command("materials")
 @click.argument("names", metavar="[CARD]...", nargs=-1)
-def materials_command(names: tuple[str, ...]) -> None:
+@click.option(
+    "--plot",
+    "figure",
+    metavar="FILE",
+    type=OutputPath(path_type=Path, dir_okay=False),
+    help="Draw the curves of one CARD into FILE: shocks, isentrope, melting, yield.",
+)
+def materials_command(names: tuple[str, ...], figure: Path | None) -> None:
     """List the material cards, or print each CARD wholly.
 
     CARD is the name of a card that comes with mpisph, or a file of your own, which a
     body may name as its material too.
     """
-    cards = from_root(MPI.COMM_WORLD, lambda: [_card(name) for name in names])
-    if MPI.COMM_WORLD.rank == 0:
+    if figure is not None and len(names) != 1:
+        raise click.UsageError("--plot draws one CARD")
+    comm = MPI.COMM_WORLD
+    cards = from_root(comm, lambda: [_card(name) for name in names])
+    if comm.rank == 0:
         console = open_console(stderr=False)
         for table in map(_card_table, cards) if names else [_list_of_cards()]:
             console.print(table)
+    if figure is not None:
+        on_root(comm, lambda: _draw_card(cards[0], figure))
+        click.echo(f"curves in {figure}")
+
+
+def _draw_card(card: Material, figure: Path) -> None:
+    from mpisph.figures.material import draw_material
+
+    draw_material(card, figure)
 
 
 def _card(name: str) -> Material:
@@ -55,34 +72,18 @@ def _card(name: str) -> Material:
 
 
 def _list_of_cards() -> Table:
-    table = Table("card", "what it is", "rho0, kg/m3", "models", "sources")
-    for name in card_names():
-        card = load_card(name)
-        models = [model for model in TABLES if card.constants(model) is not None]
-        sources = {_TITLE.sub(r"\1", source): None for source in _sources(card)}
-        table.add_row(
-            name,
-            card.description,
-            f"{card.rho0:g}",
-            ", ".join(models),
-            "; ".join(sources),
-        )
+    table = Table("card", "what it is", "rho0, kg/m3", "models")
+    for card in map(load_card, card_names()):
+        models = ", ".join(card.given)
+        table.add_row(card.name, card.description, f"{card.rho0:g}", models)
     return table
-
-
-def _sources(card: Material) -> list[str]:
-    tables = [card.constants(model) for model in TABLES]
-    found = [*card.sources.values()]
-    for constants in filter(None, tables):
-        found += constants.sources.values()
-    return [source for source in found if not source.startswith("rho0 c^2")]
 
 
 def _card_table(card: Material) -> Table:
     title = f"{card.name}: {card.description}" if card.description else card.name
     table = Table("model", "constant", "value", "source", title=title)
     table.add_row("", "rho0", f"{card.rho0:g} kg/m3", card.sources.get("rho0", ""))
-    for kind in ("eos", "strength", "failure"):
+    for kind in KINDS:
         if getattr(card, kind) is not None:
             table.add_row("", kind, getattr(card, kind), "")
     for model in TABLES:
@@ -90,6 +91,8 @@ def _card_table(card: Material) -> Table:
         for name, value, unit in described(constants) if constants else ():
             number = value if isinstance(value, str) else f"{value:.6g}"
             source = constants.sources.get(name, "")
+            if name not in constants.model_fields_set:
+                source = "default"
             table.add_row(model, name, f"{number} {unit}".strip(), source)
             model = ""
     return table

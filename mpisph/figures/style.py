@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from PIL import features
 
+from mpisph.core.errors import CaseError, Problem
 from mpisph.io.files import naming
 
 Out = Path | BytesIO
@@ -85,7 +86,15 @@ def save(figure: Figure, out: Out) -> None:
     ------
     OSError
         If the file cannot be written.
+    CaseError
+        If its name says no format that figures can have.
     """
+    if isinstance(out, Path):
+        known = figure.canvas.get_supported_filetypes()
+        if out.suffix[1:].lower() not in known:
+            listed = ", ".join(f".{name}" for name in known)
+            problem = Problem(f"expected a name that ends in {listed}", file=str(out))
+            raise CaseError([problem])
     with warnings.catch_warnings():
         # Of letters in a title that the font lacks; they are drawn as boxes.
         warnings.filterwarnings("ignore", "Glyph", UserWarning)

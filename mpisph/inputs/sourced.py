@@ -31,6 +31,11 @@ class Sourced(FrozenModel):
         """Return the values of `ARRAYS` for a reference density [kg/m3]."""
         return {}
 
+    @property
+    def needs_temperature(self) -> bool:
+        """Whether what they describe depends on the temperature."""
+        return False
+
     @model_validator(mode="before")
     @classmethod
     def _split_sources(cls, data: Any) -> Any:

@@ -48,6 +48,8 @@ ELEMENTS = frozenset(
 Composition = Annotated[dict[str, Fraction], PROSE]
 """No motion depends on it, so it is no part of which case it is."""
 
+_DERIVED = "rho0 c^2"
+
 _LEAST_MODULUS, _LARGEST_MODULUS = 1.0, 1e15
 # Bounds of a pressure that is given [Pa].
 
@@ -100,7 +102,7 @@ class _Material(Sourced):
                 continue
             modulus = material.rho0 * constants.bulk_sound_speed(material.rho0) ** 2
             if _LEAST_MODULUS <= modulus <= _LARGEST_MODULUS:
-                source = f"rho0 c^2, c the bulk sound speed of {model.label}"
+                source = f"{_DERIVED}, c the bulk sound speed of {model.label}"
                 linear = Linear(bulk_modulus=modulus, sources={"bulk_modulus": source})
                 return material.model_copy(update={"linear": linear})
         return material
@@ -111,9 +113,23 @@ class _Material(Sourced):
         tables = [self.constants(model) for model in KINDS["eos"]]
         return max((t.bulk_sound_speed(self.rho0) for t in tables if t), default=0.0)
 
+    @property
+    def given(self) -> list[str]:
+        """Names of the models whose constants are given, not derived from others."""
+        tables = {name: self.constants(name) for name in TABLES}
+        return [
+            name
+            for name, table in tables.items()
+            if table is not None and not _derived(table)
+        ]
+
     def constants(self, model: str) -> Any:
         """Return the constants of a model by its name, None where there are none."""
-        return getattr(self, _attribute(model))
+        return getattr(self, _attribute(model), None)
+
+
+def _derived(table: Sourced) -> bool:
+    return any(source.startswith(_DERIVED) for source in table.sources.values())
 
 
 def _attribute(model: str) -> str:

@@ -160,14 +160,14 @@ def record_type(constants: type[Sourced]) -> np.dtype[Any]:
     return np.dtype((np.record, [*kinds, *arrays]))
 
 
-def record(constants: Sourced, rho0: float) -> tuple[Any, ...]:
+def record(constants: Sourced, rho0: float = 0.0) -> tuple[Any, ...]:
     """Return constants in the order of `record_type`.
 
     Parameters
     ----------
     constants : Sourced
     rho0 : float
-        Reference density of the material [kg/m3].
+        Reference density of the material [kg/m3], on which arrays alone depend.
     """
     fields = _numbers(type(constants))
     values = ((getattr(constants, name), _words(fields[name])) for name in fields)

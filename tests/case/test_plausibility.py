@@ -196,6 +196,56 @@ def test_a_gauge_behind_a_plane():
     assert keys(case) == ["gauges.behind.z"]
 
 
+DEBRIS = {"thermal": "heat-capacity", "failure": "spall"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "words"),
+    [
+        ({"spall": {"strength": "1.2 MPa"}}, "spall.strength", "of the bulk modulus"),
+        ({"spall": {"strength": "12 GPa"}}, "spall.strength", "is the unit right?"),
+        (
+            {"strength": "steinberg-guinan", "steinberg-guinan": {"A": 6.52e-9}},
+            "steinberg-guinan.A",
+            "per Mbar",
+        ),
+        (
+            {"heat-capacity": {"melting_gamma": 0.2, "melting_slope": 0.0}},
+            "heat-capacity.melting_gamma",
+            "falls with compression",
+        ),
+        (
+            {"strength": "none", "ductile": "johnson-cook-damage"},
+            "ductile",
+            "breaks nothing",
+        ),
+    ],
+)
+def test_doubtful_materials(changes, key, words):
+    sphere = body("sphere", position=-5e-3, velocity=5e3)
+    sound = {"al-6061-t6": DEBRIS}
+    assert find_warnings(case_of(sphere, body(), materials=sound)) == []
+    case = case_of(sphere, body(), materials={"al-6061-t6": DEBRIS | changes})
+    (warning,) = find_warnings(case)
+    assert warning.startswith(f"materials.al-6061-t6.{key}: ")
+    assert words in warning
+
+
+def test_artificial_heat_everywhere_spoils_temperatures():
+    sphere = body("sphere", position=-5e-3, velocity=5e3)
+    scheme = {"heat": {"g1": 0.5}}
+    assert keys(case_of(sphere, body(), scheme=scheme)) == []
+    case = case_of(sphere, body(), scheme=scheme, materials={"al-6061-t6": DEBRIS})
+    assert keys(case) == ["scheme.heat.g1"]
+
+
+def test_hardening_matter_without_tension_is_foam_too():
+    hard = {"thermal": "heat-capacity", "strength": "johnson-cook"}
+    sphere = body("sphere", position=-5e-3, velocity=2e3)
+    case = case_of(sphere, body(), materials={"al-6061-t6": hard})
+    assert keys(case) == ["scheme.p_min"]
+
+
 def test_a_radial_velocity_in_a_wrong_unit():
     rod = body("cylinder", radial_velocity=5e5)
     assert keys(case_of(rod)) == ["bodies.cylinder.radial_velocity"]

@@ -162,8 +162,12 @@ def test_a_constant_beside_its_table_is_told_its_place(data):
 @pytest.mark.parametrize(
     ("scheme", "body", "key"),
     [
-        ({"eos": "tillotson"}, {}, "scheme.eos"),
-        ({}, {"eos": "tillotson"}, "bodies.1.eos"),
+        ({"eos": "ideal-gas"}, {}, "scheme.eos"),
+        ({}, {"eos": "ideal-gas"}, "bodies.1.eos"),
+        ({"thermal": "heat-capacity"}, {}, "scheme.thermal"),
+        ({"failure": "grady-kipp"}, {}, "scheme.failure"),
+        ({"strength": "steinberg-guinan"}, {}, "scheme.strength"),
+        ({"ductile": "johnson-cook-damage"}, {}, "scheme.ductile"),
     ],
 )
 def test_a_model_needs_its_constants(data, scheme, body, key):
@@ -173,10 +177,79 @@ def test_a_model_needs_its_constants(data, scheme, body, key):
 
 
 def test_a_materials_own_choice_needs_its_constants(data):
-    data["materials"] = {"cu-ofhc": {"eos": "tillotson"}}
+    data["materials"] = {"cu-ofhc": {"failure": "grady-kipp"}}
     problem = only_problem(data)
-    assert problem.key == "materials.cu-ofhc.eos"
-    assert "has no Tillotson constants" in problem.expected
+    assert problem.key == "materials.cu-ofhc.failure"
+    assert "has no Grady-Kipp constants" in problem.expected
+
+
+@pytest.mark.parametrize(
+    ("choice", "key"),
+    [
+        ({"strength": "johnson-cook"}, "strength"),
+        ({"strength": "steinberg-guinan"}, "strength"),
+        ({"ductile": "johnson-cook-damage"}, "ductile"),
+    ],
+)
+def test_what_softens_by_heat_needs_a_temperature(data, choice, key):
+    data["materials"] = {"cu-ofhc": choice}
+    problem = only_problem(data)
+    assert problem.key == f"materials.cu-ofhc.{key}"
+    assert "has no temperature" in problem.expected
+    assert 'set thermal = "heat-capacity"' in problem.expected
+    data["materials"]["cu-ofhc"]["thermal"] = "heat-capacity"
+    assert case_from_dict(data)
+
+
+def test_the_remedy_is_one_that_the_material_has(data):
+    softening = {"shear_modulus": 48e9, "A": 9e7, "B": 0.0, "n": 1.0, "C": 0.0}
+    softening |= {"m": 1.0, "melting_temperature": 1356.0}
+    shock = {"c0": 3940.0, "slope": 1.489, "gamma0": 2.02}
+    data["bodies"][1]["material"] = "mine"
+    data["materials"] = {
+        "mine": {
+            "rho0": 8930.0,
+            "strength": "johnson-cook",
+            "johnson-cook": softening,
+            "mie-grueneisen": shock,
+        }
+    }
+    assert "give it the constants of a thermal model" in only_problem(data).expected
+
+
+def test_what_heat_does_not_change_needs_no_temperature(data):
+    data["materials"] = {
+        "cu-ofhc": {
+            "strength": "steinberg-guinan",
+            "steinberg-guinan": {"B": 0.0},
+            "ductile": "johnson-cook-damage",
+            "johnson-cook-damage": {"D5": 0.0},
+        }
+    }
+    assert case_from_dict(data)
+
+
+@pytest.mark.parametrize(
+    ("table", "changes", "words"),
+    [
+        ("heat-capacity", {"melting_temperature": "280 K"}, "must exceed reference_t"),
+        ("johnson-cook", {"melting_temperature": "280 K"}, "must exceed reference_t"),
+        # The constants of 7075-T6 as its authors' abstract prints them.
+        ("johnson-cook-damage", {"D1": 0.451, "D2": -0.952, "D3": -0.068}, "D1, D2"),
+        ("johnson-cook-damage", {"D1": -1.0, "D2": 0.9, "D3": 1.0}, "pure shear"),
+        ("johnson-cook-damage", {"D4": -0.1}, "D4: matter would break at once"),
+        ("johnson-cook-damage", {"D5": -1.5}, "D5: matter would break at once"),
+        ("steinberg-guinan", {"yield_strength": "1 GPa"}, "largest_yield_strength"),
+        ("steinberg-guinan", {"A": 2.83}, "expected at most 1e-06"),
+        ("mie-grueneisen", {"gamma_slope": -1.0}, "expected at least 0"),
+        ("spall", {"strength": "0 Pa"}, "expected at least 1"),
+    ],
+)
+def test_a_bad_card_is_refused_with_key_and_reason(data, table, changes, words):
+    data["materials"] = {"cu-ofhc": {table: changes}}
+    problem = only_problem(data)
+    assert problem.key.startswith(f"materials.cu-ofhc.{table}")
+    assert words in problem.expected
 
 
 def test_a_material_without_any_equation_of_state_is_refused(data):

@@ -1,4 +1,4 @@
-"""The case files that come with mpisph."""
+"""The case files that come with mpisph, and its material cards in a case."""
 
 import tomllib
 
@@ -8,6 +8,9 @@ from launch import CASES as FOLDER
 
 from mpisph.case import case_from_dict, load_case
 from mpisph.case.discretise import discretise
+from mpisph.case.plausibility import find_warnings
+from mpisph.materials import card_names, load_card
+from mpisph.physics.response import KINDS
 
 FILES = sorted(FOLDER.glob("*.toml"))
 
@@ -83,3 +86,33 @@ def test_plate_impact_is_symmetric():
     p = discretise(case)
     mass = np.bincount(p.body, weights=p.m)
     assert mass[0] == pytest.approx(mass[1])
+
+
+def choices(card):
+    """Every choice of a model that a card has the constants of, alone and bare."""
+    yield {}
+    thermal = {"thermal": "heat-capacity"} if "heat-capacity" in card.given else {}
+    for kind, models in KINDS.items():
+        for name in card.given:
+            if name in models:
+                yield {**thermal, kind: name}
+
+
+@pytest.mark.parametrize("name", card_names())
+def test_every_model_of_a_card_can_be_chosen_without_a_doubt(name):
+    card = load_card(name)
+    sphere = {"name": "sphere", "shape": "sphere", "radius": 5e-3, "material": name}
+    sphere |= {"position": -5e-3, "velocity": 5e3}
+    plate = {"name": "plate", "shape": "plate", "thickness": 2e-3, "radius": 20e-3}
+    for choice in choices(card):
+        case = case_from_dict(
+            {
+                "title": "t",
+                "bodies": [sphere, {**plate, "material": "al-6061-t6"}],
+                "materials": {name: choice},
+                "resolution": {"npr": 8},
+                "time": {"end": 1e-6},
+            }
+        )
+        assert find_warnings(case) == []
+        assert choice.items() <= case.material_table[0].names.items()

@@ -11,6 +11,7 @@ from mpisph.case.plausibility import find_warnings
 from mpisph.cli.main import cli
 from mpisph.core.errors import CaseError
 from mpisph.materials import card_names
+from mpisph.materials.library import card_data
 
 SIZES = ("--sphere", "3.2mm", "--plate", "1mm", "--velocity", "6.7km/s")
 
@@ -23,14 +24,27 @@ def test_all_cards_are_listed_with_their_models():
     output = invoke("materials").output
     rows = [line.split("│") for line in output.splitlines() if "│" in line]
     assert [row[1].strip() for row in rows if row[1].strip()] == [*card_names()]
-    assert output.count("mie-grueneisen") == 4
-    assert output.count("tillotson") == 3
+    assert output.count("spall") == sum("spall" in card_data(c) for c in card_names())
 
 
 def test_a_card_is_printed_wholly():
     output = invoke("materials", "al-6061-t6").output
     for text in ("2703 kg/m3", "5240 m/s", "2.9e+08 Pa", "UCRL-MA-106439", "rho0 c^2"):
         assert text in output
+    numbers = [line for line in output.splitlines() if "heating_share" in line]
+    assert "default" in numbers[0]
+
+
+def test_the_curves_of_a_card_are_drawn(tmp_path):
+    figure = tmp_path / "curves" / "al.png"
+    result = invoke("materials", "al-6061-t6", "--plot", figure)
+    assert result.exit_code == 0
+    assert f"curves in {figure}" in result.output
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    for names in ((), ("ta", "w")):
+        result = invoke("materials", *names, "--plot", figure)
+        assert result.exit_code == 2
+        assert "--plot draws one CARD" in result.output
 
 
 def test_cards_that_are_not_there_are_refused(tmp_path):

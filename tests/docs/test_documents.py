@@ -37,7 +37,8 @@ FOREIGN = {
 
 
 def test_every_part_has_its_document():
-    wanted = {"", "mpisph", "mpisph/physics", "cases", "cases/studies", "tests"}
+    wanted = {"", "mpisph", "mpisph/physics", "mpisph/materials", "cases", "tests"}
+    wanted |= {"cases/studies"}
     here = {str(folder_of(name).relative_to(TOP)) for name in NAMES}
     assert {folder or "." for folder in wanted | {"scripts"}} <= here
     read_on = text_of("README.md")

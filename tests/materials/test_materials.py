@@ -1,4 +1,4 @@
-"""Materials: cards, their sources, and which models a material is used with."""
+"""Materials: reading them, and which models a material is used with."""
 
 from types import SimpleNamespace
 
@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from mpisph.core.errors import CaseError
-from mpisph.materials import Material, card_names, load_card, read_card
+from mpisph.materials import Material, load_card, read_card
 from mpisph.materials.choice import chosen_models
 from mpisph.materials.library import card_data
 from mpisph.materials.model import TABLES
@@ -15,69 +15,13 @@ from mpisph.physics.failure.minimum_pressure import MinimumPressure
 
 DEFAULTS = SimpleNamespace(
     eos="mie-grueneisen",
+    thermal="none",
     strength="elastic-plastic",
     failure="minimum-pressure",
+    ductile="none",
+    porosity="none",
     p_min=MinimumPressure(value=-5e8),
 )
-
-
-def test_shipped_cards():
-    assert card_names() == ("al-2024-t4", "al-6061-t6", "al-lee2003", "cu-ofhc")
-
-
-@pytest.mark.parametrize("name", card_names())
-def test_every_number_of_a_card_has_a_source(name):
-    card = load_card(name)
-    assert card.name == name
-    tables = [card.constants(model) for model in TABLES]
-    assert sum(table is not None for table in tables) >= 3
-    for part in (card, *filter(None, tables)):
-        numbers = {key for key, value in part if isinstance(value, float)}
-        numbers |= {"composition"} & {key for key, value in part if value}
-        assert numbers == set(part.sources)
-        assert all(part.sources.values())
-
-
-@pytest.mark.parametrize("name", card_names())
-def test_constants_of_a_card_are_consistent(name):
-    card = load_card(name)
-    # Only the source paper's bulk modulus is independent; it is 7 % less.
-    tolerance = 0.08 if name == "al-lee2003" else 1e-3
-    linear, strength = card.constants("linear"), card.constants("elastic-plastic")
-    c0 = card.constants("mie-grueneisen").c0
-    assert linear.bulk_modulus == pytest.approx(card.rho0 * c0**2, rel=tolerance)
-    assert 1000.0 < card.rho0 < 20000.0
-    assert 0.0 < strength.yield_strength < strength.shear_modulus < linear.bulk_modulus
-
-
-def numbers(card, model):
-    return card.constants(model).model_dump(exclude={"sources"})
-
-
-def test_aluminium_of_the_source_paper():
-    card = load_card("al-lee2003")
-    assert card.rho0 == 2710.0
-    assert numbers(card, "mie-grueneisen") == {
-        "c0": 5350.0,
-        "slope": 1.49,
-        "gamma0": 1.7,
-    }
-    assert numbers(card, "linear") == {"bulk_modulus": 72e9}
-    assert numbers(card, "elastic-plastic") == {
-        "shear_modulus": 25e9,
-        "yield_strength": 55e6,
-    }
-    assert numbers(card, "tillotson") == {
-        "a": 0.5,
-        "b": 1.63,
-        "A": 78.5e9,
-        "B": 65e9,
-        "E0": 5e6,
-        "Es": 2.76e6,
-        "Es_prime": 14.1e6,
-        "alpha": 5.0,
-        "beta": 5.0,
-    }
 
 
 def test_unknown_card_suggests_the_nearest():
@@ -117,8 +61,11 @@ def test_the_scheme_chooses_for_materials_that_choose_nothing():
     chosen = chosen_models(load_card("cu-ofhc"), DEFAULTS)
     assert chosen.names == {
         "eos": "mie-grueneisen",
+        "thermal": "none",
         "strength": "elastic-plastic",
         "failure": "minimum-pressure",
+        "ductile": "none",
+        "porosity": "none",
     }
     assert chosen.constants["minimum-pressure"].value == -5e8
     assert chosen.bulk_sound_speed == 3940.0

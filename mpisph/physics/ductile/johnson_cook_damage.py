@@ -23,8 +23,11 @@ Coefficient = Annotated[float, Field(ge=-100, le=100), Quantity("")]
 LOWEST_TRIAXIALITY, HIGHEST_TRIAXIALITY = -10.0, 1.5
 """Mean stress over equivalent stress within which the law is taken."""
 
-UNIAXIAL = 1.0 / 3.0
-"""Triaxiality of a bar in tension."""
+SHEAR, UNIAXIAL = 0.0, 1.0 / 3.0
+"""Triaxialities of pure shear, and of a bar in tension."""
+
+FASTEST = 1e6
+"""Strain rate [1/s] of an impact, up to which the law is to make sense."""
 
 
 class JohnsonCookDamage(Sourced):
@@ -49,19 +52,35 @@ class JohnsonCookDamage(Sourced):
     least_strain: Annotated[float, Field(gt=0, le=10), Quantity("")] = 0.01
     """What the strain to fracture is at least."""
 
+    @property
+    def needs_temperature(self) -> bool:
+        """Whether heat changes the strain to fracture."""
+        return self.D5 != 0.0
+
     @model_validator(mode="after")
     def _check_fracture(self) -> "JohnsonCookDamage":
-        """Refuse constants by which a bar in tension breaks at once."""
+        """Refuse constants by which matter breaks before it is strained."""
         if self.melting_temperature <= self.reference_temperature:
             raise ValueError(
                 "melting_temperature must exceed reference_temperature = "
                 f"{self.reference_temperature:g} K, got {self.melting_temperature:g}"
             )
-        strain = self.D1 + self.D2 * math.exp(self.D3 * UNIAXIAL)
-        if strain <= 0.0:
+        for name, where in (("pure shear", SHEAR), ("a bar in tension", UNIAXIAL)):
+            strain = self.D1 + self.D2 * math.exp(self.D3 * where)
+            if strain <= 0.0:
+                raise ValueError(
+                    f"D1, D2, D3: {name} would break at a strain of {strain:g}; "
+                    f"expected D1 + D2 exp({where:.3g} D3) above zero"
+                )
+        fast = 1.0 + self.D4 * math.log(max(FASTEST / self.reference_rate, 1.0))
+        if fast <= 0.0:
             raise ValueError(
-                f"D1, D2, D3: a bar in tension would break at a strain of {strain:g}; "
-                "expected D1 + D2 exp(D3/3) above zero"
+                f"D4: matter would break at once at {FASTEST:g} per second; expected "
+                "1 + D4 ln(rate/reference_rate) above zero"
+            )
+        if self.D5 <= -1.0:
+            raise ValueError(
+                "D5: matter would break at once when it melts; expected more than -1"
             )
         return self
 

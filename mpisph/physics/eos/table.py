@@ -6,7 +6,7 @@ the energies, so that the pressure rises wherever that of the table does.
 
 References
 ----------
-Fritsch, Carlson (1980), SIAM J. Numer. Anal. 17, 238.
+Fritsch, Carlson (1980), SIAM Journal on Numerical Analysis 17, 238.
 Lyon, Johnson (1992), LANL report LA-UR-92-3407: the SESAME tables.
 """
 

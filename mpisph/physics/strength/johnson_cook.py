@@ -46,6 +46,11 @@ class JohnsonCook(Sourced):
     reference_rate: Annotated[float, Field(gt=0, le=1e12), Quantity("1/s")] = 1.0
     """Strain rate up to which rate does not harden."""
 
+    @property
+    def needs_temperature(self) -> bool:
+        """Heat always softens."""
+        return True
+
     @model_validator(mode="after")
     def _check_temperatures(self) -> "JohnsonCook":
         """Require a melting temperature above that of the reference."""

@@ -42,6 +42,11 @@ class SteinbergGuinan(Sourced):
     reference_temperature: Temperature = 300.0
     """Temperature of the reference state."""
 
+    @property
+    def needs_temperature(self) -> bool:
+        """Whether heat softens."""
+        return self.B > 0.0
+
     @model_validator(mode="after")
     def _check_strengths(self) -> "SteinbergGuinan":
         """Require an order of the strengths and of the modulus."""

@@ -9,7 +9,7 @@ import math
 from typing import Annotated
 
 from numba import njit
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import (
@@ -41,6 +41,16 @@ class HeatCapacityModel(Sourced):
     """First-order volume correction of that parameter, Steinberg's a."""
     heating_share: Fraction = 1.0
     """Share of the plastic work that becomes heat (Taylor-Quinney)."""
+
+    @model_validator(mode="after")
+    def _check_melting(self) -> "HeatCapacityModel":
+        """Require matter that is solid at its reference state."""
+        if self.melting_temperature <= self.reference_temperature:
+            raise ValueError(
+                "melting_temperature must exceed reference_temperature = "
+                f"{self.reference_temperature:g} K, got {self.melting_temperature:g}"
+            )
+        return self
 
 
 @njit(**EXACT)

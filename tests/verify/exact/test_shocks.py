@@ -68,11 +68,12 @@ def test_porous_matter_is_shocked_to_its_solid(u):
             "scheme": {"strength": "none", "porosity": "p-alpha"},
             "materials": {
                 "al-6061-t6": {
+                    "mie-grueneisen": {"gamma_slope": 0.0},
                     "p-alpha": {
                         "initial_distension": 1.6,
                         "elastic_pressure": 0.0,
                         "solid_pressure": 1e8,
-                    }
+                    },
                 }
             },
             "resolution": {"spacing": 1e-4},
