@@ -14,6 +14,8 @@ from mpisph.case.model import Case
 from mpisph.case.profiles import starting_state
 from mpisph.case.shapes.section import FloatArray
 from mpisph.core.errors import CaseError
+from mpisph.physics.eos import GASES
+from mpisph.physics.eos.table import Tabulated
 from mpisph.physics.response import MaterialModels
 
 __all__ = ["find_warnings"]
@@ -377,8 +379,12 @@ def _warn_of_starting_state(case: Case) -> Iterator[str]:
                 f"bodies.{body.name}.energy: the linear equation of state knows no "
                 "energy, so it changes no motion; take another one (eos)"
             )
+        constants = models.constants[models.names["eos"]]
+        if isinstance(constants, Tabulated) and not models.gas:
+            yield from _warn_of_reference_pressure(body.name, constants, models)
         gas = models.gas
-        if gas and body.energy == body.velocity == body.radial_velocity == 0.0:
+        ideal = models.names["eos"] in GASES
+        if ideal and body.energy == body.velocity == body.radial_velocity == 0.0:
             yield (
                 f"bodies.{body.name}.energy: a gas at rest without energy has no "
                 "pressure; P / ((gamma - 1) rho) gives it the pressure P"
@@ -395,6 +401,24 @@ def _warn_of_starting_state(case: Case) -> Iterator[str]:
             )
         elif not gas and abs(ratio - 1.0) > _DENSE:
             yield f"bodies.{body.name}.density: {about}: is the unit right?"
+
+
+_LARGEST_REST_PRESSURE = 1e-3
+"""Of the bulk modulus, for a solid that is meant to be at rest."""
+
+
+def _warn_of_reference_pressure(
+    name: str, constants: Tabulated, models: MaterialModels
+) -> Iterator[str]:
+    """Warn of a reference density that is not that of a table."""
+    P = constants.reference_pressure(models.rho0)
+    bulk = models.rho0 * models.bulk_sound_speed**2
+    if abs(P) > _LARGEST_REST_PRESSURE * bulk:
+        yield (
+            f"bodies.{name}.material: {models.material} has a pressure of {P:.3g} Pa "
+            f"at rho0 = {models.rho0:g} kg/m^3 and its reference temperature; is that "
+            "the density of the table?"
+        )
 
 
 _SAMPLES = 9

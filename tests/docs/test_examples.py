@@ -48,6 +48,10 @@ def test_pieces_of_a_case_fit_into_it(number, tmp_path, monkeypatch):
     if "initial" in piece:
         particles = discretise(case_from_dict(plain))
         write_initial(tmp_path, particles).rename(piece["initial"]["file"])
+    for material in piece.get("materials", {}).values():
+        if "table" in material:
+            (text,) = fences(CASES_PAGE, "csv")
+            (tmp_path / material["table"]["file"]).write_text(text)
     changed = join(copy.deepcopy(plain), piece)
     assert case_from_dict(changed) != case_from_dict(plain)
 

@@ -8,6 +8,7 @@ import tables
 
 from mpisph.case import case_from_dict, load_case
 from mpisph.case.identity import case_key, differences
+from mpisph.case.plausibility import find_warnings
 from mpisph.core.errors import CaseError
 from mpisph.materials import read_card
 from mpisph.materials.table_files import read_table
@@ -214,6 +215,24 @@ def test_another_table_may_be_named_for_a_case_that_holds_one(folder, data):
     name = "materials.solid.table.file=other.csv"
     changed = load_case(folder / "case.toml", [name])
     assert changed.materials["solid"].table.digest == states.digest()
+
+
+def test_a_reference_density_that_is_not_the_tables_is_warned_of(folder, data):
+    assert find_warnings(case_from_dict(data, folder)) == []
+    (folder / "cards/solid.toml").write_text(SOLID_CARD.replace("2703", "2730"))
+    (text,) = find_warnings(case_from_dict(data, folder))
+    assert text.startswith("bodies.wall.material: solid has a pressure of 7.")
+    assert "is that the density of the table?" in text
+
+
+def test_a_table_of_a_gas_makes_a_gas(folder, data):
+    (folder / "cards/solid.csv").write_text(tables.as_csv(GAS))
+    card = SOLID_CARD.replace("2703", "1.2")
+    (folder / "cards/solid.toml").write_text(card)
+    case = case_from_dict(data, folder)
+    assert case.material_table[1].gas
+    assert not case.material_table[0].gas
+    assert not [text for text in find_warnings(case) if "without energy" in text]
 
 
 @pytest.mark.parametrize(
