@@ -61,9 +61,17 @@ def assert_equal_on_root(comm, mine, reference):
         # Far beyond the stable step: particles move a spacing and more within one.
         ("time.step=fixed", "time.dt=60 ns"),
         ("time.order=1",),
-        ("scheme.eos=tillotson", "scheme.smoothing=classic", "scheme.p_min.mode=zero"),
+        (
+            "scheme.eos=tillotson",
+            "scheme.smoothing=classic",
+            "scheme.p_min.mode=zero",
+            "scheme.porosity=p-alpha",
+            "materials.al-lee2003.p-alpha.initial_distension=1.4",
+            "materials.al-lee2003.p-alpha.elastic_pressure=0.1 GPa",
+            "materials.al-lee2003.p-alpha.solid_pressure=1 GPa",
+        ),
     ],
-    ids=["auto", "z", "zr", "printed", "fixed", "first-order", "tillotson"],
+    ids=["auto", "z", "zr", "printed", "fixed", "first-order", "porous-tillotson"],
 )
 def test_any_number_of_ranks_gives_the_same_bits(overrides):
     comm = MPI.COMM_WORLD
