@@ -82,7 +82,7 @@ def embed_table(material: Any, folder: Path) -> Any:
     own = {key: value for key, value in table.items() if key not in {"file", "digest"}}
     sources = own.get("sources", {})
     if isinstance(sources, Mapping):
-        own["sources"] = {"content": Path(name).name[:_LONGEST], **sources}
+        own["sources"] = {"digest": Path(name).name[:_LONGEST], **sources}
     return {**material, TABLE: {**own, "content": states.packed()}}
 
 

@@ -174,7 +174,7 @@ def test_a_card_names_its_table_beside_it(folder, data):
     models = case.body_models(case.bodies[1])
     assert models.names["eos"] == "table"
     assert models.bulk_sound_speed == pytest.approx(tables.C0, rel=0.02)
-    assert models.constants["table"].sources == {"content": "solid.csv"}
+    assert models.constants["table"].sources == {"digest": "solid.csv"}
     card = read_card(folder / "cards/solid.toml")
     assert card.table.digest == models.constants["table"].digest
 
