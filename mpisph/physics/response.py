@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from mpisph.core.jit import EXACT
+from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics import ductile, eos, failure, porosity, strength, thermal
 from mpisph.physics.cracks import crack_growth, ring_size
@@ -133,7 +133,7 @@ def material_table(materials: Sequence[MaterialModels]) -> MaterialTable:
     return table
 
 
-@njit(**EXACT)
+@njit(**ENTRY)
 def plastic_return(x, k, mat, stress, dt):
     """Return the factor of the stress and the plastic strain of its return (R7).
 

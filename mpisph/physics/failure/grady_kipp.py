@@ -85,27 +85,36 @@ def damage_of_flaws(damage, n, growth):
     return min(np.cbrt(damage) + n * growth, 1.0) ** 3
 
 
-@njit(**ENTRY)
-def _damage_growth(x, k, mat, dt):
+@njit(**EXACT)
+def _growth(P, S_rr, S_zz, S_rz, damage, G, c, m, r, rho, number, mat, dt):
     # Stresses of the sound share: the strain is theirs.
-    sound = 1.0 - x.damage[k]
+    sound = 1.0 - damage
     if sound <= 0.0:
         return 0.0
-    shear = largest_deviatoric_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
-    tension = shear / sound - x.P[k]
+    shear = largest_deviatoric_stress(S_rr, S_zz, S_rz)
+    tension = shear / sound - P
     if tension <= 0.0:
         return 0.0
-    bulk, G = mat.rho0 * mat.bulk_sound_speed**2, x.G[k]
+    bulk = mat.rho0 * mat.bulk_sound_speed**2
     young = 9.0 * bulk * G / (3.0 * bulk + G)
     if young <= 0.0:
         return 0.0
     flaws = mat.grady_kipp
     strain = tension / young
-    expected = flaws.k * x.m[k] / mat.rho0 * strain**flaws.m
-    n = active_flaws(flaws.seed, x.id[k], expected)
-    radius = np.cbrt(0.75 / math.pi) * ring_size(x.m[k], x.r[k], x.rho[k])
-    growth = crack_growth(x.c[k], G, x.rho[k], radius, dt)
-    return damage_of_flaws(x.damage[k], n, growth) - x.damage[k]
+    expected = flaws.k * m / mat.rho0 * strain**flaws.m
+    n = active_flaws(flaws.seed, number, expected)
+    radius = np.cbrt(0.75 / math.pi) * ring_size(m, r, rho)
+    growth = crack_growth(c, G, rho, radius, dt)
+    return damage_of_flaws(damage, n, growth) - damage
+
+
+@njit(**ENTRY)
+def _damage_growth(x, k, mat, dt):
+    # Without a branch here, no references to the arrays are counted.
+    return _growth(
+        x.P[k], x.S_rr[k], x.S_zz[k], x.S_rz[k], x.damage[k], x.G[k], x.c[k],
+        x.m[k], x.r[k], x.rho[k], x.id[k], mat, dt,
+    )  # fmt: skip
 
 
 MODEL = Model(

@@ -57,39 +57,48 @@ def opening_growth(stretch, size, strength, crack_energy, bulk_modulus):
     return max(stretch, 0.0) * size / last
 
 
-@njit(**ENTRY)
-def _excess(x, k, spall):
+@njit(**EXACT)
+def _excess(P, S_rr, S_zz, S_rz, damage, spall):
     """Return by how much the tension exceeds what the crack lets through [Pa]."""
-    tension = -x.P[k]
+    tension = -P
     if spall.criterion == PRINCIPAL:
-        tension += largest_deviatoric_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
-    return tension - (1.0 - x.damage[k]) * spall.strength
+        tension += largest_deviatoric_stress(S_rr, S_zz, S_rz)
+    return tension - (1.0 - damage) * spall.strength
+
+
+@njit(**EXACT)
+def _limited(P, excess):
+    # The principal stress counts only as far as matter is in tension as a whole.
+    return P if excess <= 0.0 else min(P + excess, max(P, 0.0))
 
 
 @njit(**ENTRY)
 def _limit_tension(x, k, mat):
-    excess = _excess(x, k, mat.spall)
-    sound = 1.0 - x.damage[k]
-    if excess <= 0.0:
-        return x.P[k], sound
-    # The principal stress counts only as far as matter is in tension as a whole.
-    return min(x.P[k] + excess, max(x.P[k], 0.0)), sound
+    excess = _excess(x.P[k], x.S_rr[k], x.S_zz[k], x.S_rz[k], x.damage[k], mat.spall)
+    return _limited(x.P[k], excess), 1.0 - x.damage[k]
+
+
+@njit(**EXACT)
+def _growth(excess, m, r, rho, c, G, div, mat, dt):
+    if excess < 0.0:
+        return 0.0
+    spall = mat.spall
+    size = ring_size(m, r, rho)
+    growth = crack_growth(c, G, rho, size, dt)
+    if spall.crack_energy > 0.0:
+        bulk = mat.rho0 * mat.bulk_sound_speed * mat.bulk_sound_speed
+        opened = opening_growth(
+            div * dt, size, spall.strength, spall.crack_energy, bulk
+        )
+        growth = min(growth, opened)
+    return growth
 
 
 @njit(**ENTRY)
 def _damage_growth(x, k, mat, dt):
-    spall = mat.spall
-    if _excess(x, k, spall) < 0.0:
-        return 0.0
-    size = ring_size(x.m[k], x.r[k], x.rho[k])
-    growth = crack_growth(x.c[k], x.G[k], x.rho[k], size, dt)
-    if spall.crack_energy > 0.0:
-        bulk = mat.rho0 * mat.bulk_sound_speed * mat.bulk_sound_speed
-        opened = opening_growth(
-            x.div[k] * dt, size, spall.strength, spall.crack_energy, bulk
-        )
-        growth = min(growth, opened)
-    return growth
+    # Without a branch here, no references to the arrays are counted.
+    excess = _excess(x.P[k], x.S_rr[k], x.S_zz[k], x.S_rz[k], x.damage[k], mat.spall)
+    return _growth(excess, x.m[k], x.r[k], x.rho[k], x.c[k], x.G[k], x.div[k], mat, dt)
 
 
 MODEL = Model(
