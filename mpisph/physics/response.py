@@ -200,7 +200,9 @@ def respond(x, table, sound_speed_floor, dt):
         stress = equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
         factor, increment = 1.0, 0.0
         if sound > 0.0:
-            factor, increment = plastic_return(x, k, mat, stress / sound, dt)
+            # Most matter does not yield; to know it costs less than the call.
+            if stress / sound > flow_stress(x, k, mat, 0.0, dt)[0]:
+                factor, increment = plastic_return(x, k, mat, stress / sound, dt)
         elif stress > 0.0:
             factor = 0.0
         x.plastic[k] = 1.0 if factor < 1.0 else 0.0
