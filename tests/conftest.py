@@ -31,6 +31,22 @@ def pytest_ignore_collect(collection_path, config):
     return None
 
 
+STARTING = {"scripts", "study", "run", "cli", "bench"}
+"""Folders whose tests start programs."""
+
+
+def pytest_collection_modifyitems(config, items):
+    """Begin with the tests that start programs.
+
+    Files are shared out to all cores in this order, and a slow one that comes last would
+    leave the others idle.
+    """
+    tests = config.rootpath / "tests"
+    items.sort(
+        key=lambda item: not STARTING & set(item.path.relative_to(tests).parts[:1])
+    )
+
+
 def pytest_generate_tests(metafunc):
     if "killed_run" in metafunc.fixturenames:
         count = metafunc.config.getoption("--killed-runs")
