@@ -31,6 +31,10 @@ def pytest_ignore_collect(collection_path, config):
     return None
 
 
+STARTING = {"scripts", "study", "run", "cli", "bench"}
+"""Folders whose tests start programs."""
+
+
 def pytest_generate_tests(metafunc):
     if "killed_run" in metafunc.fixturenames:
         count = metafunc.config.getoption("--killed-runs")
@@ -101,9 +105,16 @@ def smallest_size(item):
     return max((mark.kwargs.get("min_size", 1) for mark in marks), default=1)
 
 
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(config, items):
+    """Check the marks, and begin with the tests that start programs.
+
+    Files are shared out to all cores in this order; a slow one that came last would
+    leave the others idle.
+    """
     for item in items:
         smallest_size(item)
+    tests = config.rootpath / "tests"
+    items.sort(key=lambda item: item.path.relative_to(tests).parts[0] not in STARTING)
 
 
 class RankReports:

@@ -22,6 +22,7 @@ import shutil
 import stat
 import string
 import tempfile
+import time
 import zlib
 from pathlib import Path
 
@@ -244,12 +245,24 @@ def clear_cache() -> None:
 
 
 def prune_cache(keep: int = 8) -> None:
-    """Remove the cache folders of older sources but for the `keep` last used."""
+    """Remove the cache folders of older sources but for the `keep` last used.
+
+    Those that a process began to use within `IN_USE` stay too: it may still run, and
+    compiles what it needs when it needs it.
+    """
     digests = [path for path in CACHE_FOLDER.parent.iterdir() if _is_digest(path.name)]
-    digests.sort(key=lambda path: path.stat().st_mtime, reverse=True)
+    digests.sort(key=_last_used, reverse=True)
     for path in digests[keep:]:
-        if path != CACHE_FOLDER:
+        if path != CACHE_FOLDER and time.time() - _last_used(path) > IN_USE:
             shutil.rmtree(path, ignore_errors=True)
+
+
+IN_USE = 2 * 86400.0
+"""Time from its start on in which a process is taken to need its folder [s]."""
+
+
+def _last_used(path: Path) -> float:
+    return path.stat().st_mtime
 
 
 def _is_digest(name: str) -> bool:

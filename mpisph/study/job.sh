@@ -60,7 +60,14 @@ launch() {
     while kill -0 "$launcher" 2>/dev/null; do
         wait "$launcher" || true
     done
-    wait "$launcher"  # the shell remembers the true one
+    local code=0
+    wait "$launcher" || code=$?  # the shell remembers the true one
+    # A rank that was asked before it could ignore the signal has died of it.
+    if [[ $asked ]] && ((code == 128 + $(kill -l USR1))); then
+        printf 'stopped before the ranks had begun\n' >&2 || true
+        return 75
+    fi
+    return "$code"
 }
 
 # Any signal but USR1, the warning that time is nearly up.

@@ -6,6 +6,7 @@ import pickle
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numba
@@ -149,6 +150,18 @@ def test_only_the_folders_last_used_are_kept(tmp_path, monkeypatch):
     jit.prune_cache(keep=8)
     kept = {path.name for path in tmp_path.iterdir()}
     assert kept == {*(f"{age:016x}" for age in [*range(8), 11]), "something-else"}
+
+
+def test_folders_that_a_process_may_still_use_are_kept(tmp_path, monkeypatch):
+    for days in range(12):
+        folder = tmp_path / f"{days:016x}"
+        folder.mkdir()
+        begun = time.time() - 86400.0 * (days + 0.5)
+        os.utime(folder, (begun, begun))
+    monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path / f"{0:016x}")
+    jit.prune_cache(keep=1)
+    kept = {path.name for path in tmp_path.iterdir()}
+    assert kept == {f"{days:016x}" for days in range(2)}
 
 
 def test_the_stamp_follows_what_numba_looks_at(package, monkeypatch):

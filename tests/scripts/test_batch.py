@@ -460,6 +460,9 @@ def test_scripts_run_stops_with_a_checkpoint(
         os.write(run.keys, b"\x03")
     code, text = run.end()
     assert code == 75, text
+    if "stopped before the ranks had begun" in text:
+        assert how == "at once"
+        return
     assert status(folder)["state"] == "stopped"
     sent = "SIGTERM" if how == "SIGTERM" else "SIGINT"
     assert status(folder)["reason"].startswith(f"signal {sent}")
@@ -472,6 +475,24 @@ def test_scripts_run_stops_with_a_checkpoint(
     assert code == 0, text
     assert "continuing from checkpoint_" in text
     assert_same(folder, uninterrupted / "runs/one")
+
+
+DEAF = """
+import os, signal
+signal.signal(signal.SIGUSR1, signal.SIG_DFL)
+os.kill(os.getpid(), signal.SIGUSR1)
+"""
+
+
+@pytest.mark.parametrize("asked", ["", "0"])
+def test_ranks_asked_before_they_could_hear_count_as_stopped(asked):
+    script = 'source "$1"; catch_signals; asked=$2; launch "$3" -c "$4"'
+    arguments = [TOP / "mpisph/study/job.sh", asked, sys.executable, DEAF]
+    done = subprocess.run(
+        ["bash", "-c", script, "bash", *arguments], capture_output=True, text=True
+    )
+    assert done.returncode == (75 if asked else 128 + signal.SIGUSR1)
+    assert ("stopped before the ranks had begun" in done.stderr) == bool(asked)
 
 
 def test_scripts_run_told_twice_ends_the_ranks(
