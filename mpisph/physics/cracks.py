@@ -2,7 +2,7 @@
 
 References
 ----------
-Benz, Asphaug (1995), Comput. Phys. Commun. 87, 253: the speed of cracks.
+Benz, Asphaug (1995), Computer Physics Communications 87, 253: the speed of cracks.
 """
 
 import math
@@ -35,7 +35,7 @@ def crack_growth(c, G, rho, size, dt):
 
 @njit(**EXACT)
 def largest_deviatoric_stress(S_rr, S_zz, S_rz):
-    """Return the largest principal stress of a deviator, tension positive [Pa]."""
+    """Return the largest principal stress of a deviator, tension positive (R16) [Pa]."""
     middle, half = 0.5 * (S_rr + S_zz), 0.5 * (S_rr - S_zz)
     in_plane = middle + math.sqrt(half * half + S_rz * S_rz)
     return max(in_plane, -(S_rr + S_zz))

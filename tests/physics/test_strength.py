@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from material_point import Point, isochoric, models, pure_shear
 from oracles import approx
 from scipy.optimize import brentq
@@ -108,6 +110,19 @@ def test_torsion_r14_hardens_by_the_closed_form(n, C):
         assert point.stress == approx(Y, rel=1e-10)
         last = got
     assert last > 0.1
+
+
+@given(increment=st.floats(1e-9, 0.5), strain=st.floats(0.0, 1.0))
+def test_plastic_return_r7_solves_for_the_increment(increment, strain):
+    """The trial stress of a known increment gives it back."""
+    point = johnson_cook_point(C=0.0, n=0.1)
+    point.set(plastic_strain=strain)
+    Y = jc_yield(strain + increment, 0.0, 0.0, JC | {"n": 0.1})
+    point.set(S_rz=(Y + 3 * G * increment) / math.sqrt(3.0))
+    point.respond(1e-6)
+    assert point.stress == approx(Y, rel=1e-12)
+    got = point.get("plastic_strain") - strain
+    assert got == approx(increment, rel=1e-6, abs=1e-12)
 
 
 def test_cycles_r14_add_up_the_plastic_strain():

@@ -7,7 +7,7 @@ number seeds: the same on any number of ranks, and never stored.
 References
 ----------
 Grady, Kipp (1980), Int. J. Rock Mech. Min. Sci. 17, 147.
-Benz, Asphaug (1995), Comput. Phys. Commun. 87, 253.
+Benz, Asphaug (1995), Computer Physics Communications 87, 253.
 """
 
 import math
