@@ -35,7 +35,7 @@ def crack_growth(c, G, rho, size, dt):
 
 @njit(**EXACT)
 def largest_deviatoric_stress(S_rr, S_zz, S_rz):
-    """Return the largest principal stress of a deviator, tension positive (R16) [Pa]."""
+    """Return the largest principal stress of a deviator (R16), tension positive."""
     middle, half = 0.5 * (S_rr + S_zz), 0.5 * (S_rr - S_zz)
     in_plane = middle + math.sqrt(half * half + S_rz * S_rz)
     return max(in_plane, -(S_rr + S_zz))
