@@ -216,9 +216,11 @@ class Particles:
 
     def take(self, index: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> "Particles":
         """Return the particles at `index` (positions or a mask), copied."""
+        if index.dtype == np.bool_:
+            index = np.flatnonzero(index)
+        # Indexed as an array, each would be copied twice.
         return Particles(
-            np.ascontiguousarray(self.labels[:, index]),
-            np.ascontiguousarray(self.values[:, index]),
+            self.labels.take(index, axis=1), self.values.take(index, axis=1)
         )
 
     def pack(self) -> FloatArray:
