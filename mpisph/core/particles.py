@@ -132,7 +132,7 @@ MaterialState: Any = _namedtuple(
 CORRECTION = ("B_rr", "B_tt", "B_rz", "B_zz")
 """Correction of the gradient (R3); `FIELDS` lists it in this order."""
 
-_CORRECTION = slice(VALUES.index("B_rr"), VALUES.index("B_zz") + 1)
+_CORRECTION = slice(VALUES.index(CORRECTION[0]), VALUES.index(CORRECTION[-1]) + 1)
 _CORRECTION_RATES = slice(VALUES.index("dB_rr"), VALUES.index("dB_zz") + 1)
 _STRESS = slice(VALUES.index("S_rr"), VALUES.index("S_rz") + 1)
 
