@@ -26,12 +26,15 @@ _SAMPLING = 1e-6
 """Error of a gap over the extent of the bodies: shapes are looked at in samples."""
 
 
-def first_contact(bodies: Sequence[Body]) -> float:
+def first_contact(bodies: Sequence[Body], boundary: Boundary) -> float:
     """Return when the first two bodies meet that move against each other [s].
+
+    A plane counts as a body.
 
     Parameters
     ----------
     bodies : sequence of Body
+    boundary : Boundary
 
     Returns
     -------
@@ -44,6 +47,7 @@ def first_contact(bodies: Sequence[Body]) -> float:
         for other in bodies[:k]
         if one.velocity != other.velocity
     ]
+    times += [time for body in bodies for time in plane_times(boundary, body)]
     return min(times, default=math.inf)
 
 
@@ -51,11 +55,9 @@ def time_origin(bodies: Sequence[Body], boundary: Boundary) -> str:
     """Return in words what the times of a run count from.
 
     They count from its start. That is the first contact where the bodies touch then, or
-    move so little before that no one would tell the two apart. A plane counts as a
-    body.
+    move so little before that no one would tell the two apart.
     """
-    at_planes = (time for body in bodies for time in plane_times(boundary, body))
-    contact = min(first_contact(bodies), *at_planes)
+    contact = first_contact(bodies, boundary)
     if contact == 0.0:
         return "after first contact"
     speed = max((abs(body.velocity) for body in bodies), default=0.0)

@@ -95,8 +95,7 @@ def _warn_of_meeting(case: Case) -> Iterator[str]:
     if len(bodies) == 1 and not case.boundary.exists:
         yield f"bodies: there is only {bodies[0].name}, which nothing hits"
         return
-    at_planes = {body.name: min(plane_times(case.boundary, body)) for body in bodies}
-    meeting = min(first_contact(bodies), *at_planes.values())
+    meeting = first_contact(bodies, case.boundary)
     if math.isinf(meeting):
         listed = ", ".join(f"{b.name} at {b.velocity:g} m/s" for b in bodies)
         none = "no two bodies ever meet"
@@ -126,7 +125,7 @@ def _warn_of_meeting(case: Case) -> Iterator[str]:
     for body in bodies:
         others = [other for other in bodies if other is not body]
         times = [meeting_time(body, other, anywhere=True) for other in others]
-        soonest = min([*times, at_planes[body.name]])
+        soonest = min(*times, *plane_times(case.boundary, body))
         if soonest > end:
             when = "ever" if math.isinf(soonest) else f"before {_us(soonest)}"
             yield (

@@ -244,6 +244,10 @@ def clear_cache() -> None:
             shutil.rmtree(path, ignore_errors=True)
 
 
+IN_USE = 2 * 86400.0
+"""Time from its start on in which a process is taken to need its folder [s]."""
+
+
 def prune_cache(keep: int = 8) -> None:
     """Remove the cache folders of older sources but for the `keep` last used.
 
@@ -255,10 +259,6 @@ def prune_cache(keep: int = 8) -> None:
     for path in digests[keep:]:
         if path != CACHE_FOLDER and time.time() - _last_used(path) > IN_USE:
             shutil.rmtree(path, ignore_errors=True)
-
-
-IN_USE = 2 * 86400.0
-"""Time from its start on in which a process is taken to need its folder [s]."""
 
 
 def _last_used(path: Path) -> float:

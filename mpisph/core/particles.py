@@ -158,7 +158,7 @@ MaterialState: Any = _namedtuple(
 CORRECTION = ("B_rr", "B_tt", "B_rz", "B_zz")
 """Correction of the gradient (R3); `FIELDS` lists it in this order."""
 
-_CORRECTION = slice(VALUES.index("B_rr"), VALUES.index("B_zz") + 1)
+_CORRECTION = slice(VALUES.index(CORRECTION[0]), VALUES.index(CORRECTION[-1]) + 1)
 _CORRECTION_RATES = slice(VALUES.index("dB_rr"), VALUES.index("dB_zz") + 1)
 _STRESS = slice(VALUES.index("S_rr"), VALUES.index("S_rz") + 1)
 
@@ -243,9 +243,11 @@ class Particles:
 
     def take(self, index: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> "Particles":
         """Return the particles at `index` (positions or a mask), copied."""
+        if index.dtype == np.bool_:
+            index = np.flatnonzero(index)
+        # Indexed as an array, each would be copied twice.
         return Particles(
-            np.ascontiguousarray(self.labels[:, index]),
-            np.ascontiguousarray(self.values[:, index]),
+            self.labels.take(index, axis=1), self.values.take(index, axis=1)
         )
 
     def pack(self) -> FloatArray:

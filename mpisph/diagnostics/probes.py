@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
 
-from mpisph.case.sections import Boundary, Gauge
+from mpisph.case.sections import Gauge
 from mpisph.core.particles import FloatArray, IntArray, Particles
 from mpisph.diagnostics.series import ROOM, Quantity, Scales, column_name
 from mpisph.parallel.reproducible_sum import CHUNKS, fixed_point_chunks, from_chunks
@@ -104,7 +104,7 @@ def read_probes(
     followed: dict[str, int],
     scales: Scales,
     kappa: float,
-    boundary: Boundary,
+    planes: tuple[float, float],
 ) -> ProbeValues:
     """Read all probes; collective.
 
@@ -121,8 +121,9 @@ def read_probes(
     scales : Scales
     kappa : float
         Cut of the kernel in smoothing lengths.
-    boundary : Boundary
-        Planes, behind which fixed gauges see mirror images of the matter.
+    planes : tuple of float
+        Rigid planes, behind which fixed gauges see mirror images of the matter;
+        infinite where there is none [m].
     """
     fixed = [gauge for gauge in gauges if gauge.kind == "fixed"]
     moving = [gauge for gauge in gauges if gauge.kind == "moving"]
@@ -132,7 +133,7 @@ def read_probes(
         [
             *(_body_sums(p, k, bounds) for k in range(len(peaks))),
             *(
-                fixed_point_chunks(_weighted(p, g, kappa, boundary), at_gauges)
+                fixed_point_chunks(_weighted(p, g, kappa, planes), at_gauges)
                 for g in fixed
             ),
         ]
@@ -181,7 +182,7 @@ def _body_sums(p: Particles, body: int, bounds: FloatArray) -> IntArray:
 
 
 def _weighted(
-    p: Particles, gauge: Gauge, kappa: float, boundary: Boundary
+    p: Particles, gauge: Gauge, kappa: float, planes: tuple[float, float]
 ) -> FloatArray:
     """Return weights at a place, and weighted values, of the particles that reach it.
 
@@ -193,12 +194,12 @@ def _weighted(
     -------
     ndarray, shape (1 + sampled, terms)
     """
+    low, high = planes
+    if not low <= gauge.z <= high:
+        return np.zeros((1 + len(_SAMPLED), 0))
+    images = [(p.z, np.ones(len(_SAMPLED)))]
+    images += [(2.0 * z - p.z, _ODD_IN_Z) for z in planes if np.isfinite(z)]
     parts: list[npt.NDArray[np.float64]] = []
-    low, high = boundary.planes
-    images = [(p.z, np.ones(len(_SAMPLED)))] if low <= gauge.z <= high else []
-    for plane in boundary.planes if images else ():
-        if np.isfinite(plane):
-            images.append((2.0 * plane - p.z, _ODD_IN_Z))
     for side, (z, mirrored) in product((1.0, -1.0), images):
         squared = (side * p.r - gauge.r) ** 2 + (z - gauge.z) ** 2
         near = np.flatnonzero(squared < (kappa * p.h) ** 2)
@@ -208,8 +209,6 @@ def _weighted(
         signs = mirrored * (_ODD if side < 0.0 else 1.0)
         values = [s * getattr(p, n)[near] for s, n in zip(signs, _SAMPLED, strict=True)]
         parts.append(np.stack([weight, *(weight * value for value in values)]))
-    if not parts:
-        return np.zeros((1 + len(_SAMPLED), 0))
     return np.ascontiguousarray(np.concatenate(parts, axis=1))
 
 

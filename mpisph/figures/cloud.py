@@ -35,9 +35,9 @@ from mpisph.figures.view import (
     choose_view,
     common_view,
     draw_particles,
-    draw_planes,
-    draw_rear_faces,
+    draw_surroundings,
     exposure_at,
+    legend_entries,
     measure_cloud,
     only_finite,
     set_limits,
@@ -134,8 +134,7 @@ def draw_cloud(
         # A dollar sign of the user's title begins no formula.
         axes.set_title("\n".join(lines), loc="left", parse_math=False)
         draw_particles(axes, snapshot, case, view)
-        draw_rear_faces(axes, case)
-        draw_planes(axes, case)
+        draw_surroundings(axes, case)
         if exposure is not None:
             _draw_sizes(axes, definition, measure, exposure, view)
         _add_count(axes, snapshot, definition, view)
@@ -165,7 +164,7 @@ def _make_axes(view: View, title_lines: int, legend_lines: int) -> tuple[Figure,
 
 def _legend_lines(case: Case) -> int:
     """Return the lines of the legend, as many in all figures of a run."""
-    entries = len(case.bodies) + 1 + case.boundary.exists
+    entries = legend_entries(case)
     if case.measured is not None and case.measured.exposures:
         return max(entries, 3)
     return math.ceil(entries / _COLUMNS)

@@ -22,8 +22,8 @@ from mpisph.figures.view import (
     body_dots,
     common_view,
     dot_size,
-    draw_planes,
-    draw_rear_faces,
+    draw_surroundings,
+    legend_entries,
     set_limits,
 )
 from mpisph.io.files import replace_file
@@ -195,7 +195,8 @@ class Frame:
         self._case = case
         self._layout = layout
         self._title = _title_lines(case, view, layout)
-        below = _legend_rows(case) if layout.lettered else 0
+        # The legend stands below the label of the axis.
+        below = math.ceil(legend_entries(case) / _COLUMNS) if layout.lettered else 0
         self.view, self.figure, box = _fit(view, layout, len(self._title), below)
         with mpl.rc_context(STYLE):
             self._axes = self.figure.add_axes(box)
@@ -235,8 +236,7 @@ class Frame:
         set_limits(axes, self.view)
         axes.locator_params(nbins=8 if self._layout.lettered else 3)
         if not self._layout.lettered:
-            draw_rear_faces(axes, self._case)
-            draw_planes(axes, self._case)
+            draw_surroundings(axes, self._case)
 
     def _letter(self) -> None:
         """Name the case, the axes and the bodies."""
@@ -247,8 +247,7 @@ class Frame:
         for index, body in enumerate(self._case.bodies):
             colour = body_colour(index)
             axes.plot([], [], "o", markersize=6.0, color=colour, label=body.name)
-        draw_rear_faces(axes, self._case)
-        draw_planes(axes, self._case)
+        draw_surroundings(axes, self._case)
         handles, names = axes.get_legend_handles_labels()
         self.figure.legend(
             handles,
@@ -257,11 +256,6 @@ class Frame:
             bbox_to_anchor=(axes.get_position().x0 - 0.02, 0.0),
             ncols=_COLUMNS,
         )
-
-
-def _legend_rows(case: Case) -> int:
-    """Return the rows of the legend, which stands below the label of the axis."""
-    return math.ceil((len(case.bodies) + 1 + case.boundary.exists) / _COLUMNS)
 
 
 def _axes_width(view: View, layout: FrameLayout) -> float:

@@ -208,15 +208,27 @@ def set_limits(axes: Axes, view: View) -> None:
     axes.axhline(0.0, color="0.6", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)), zorder=1)
 
 
-def draw_rear_faces(axes: Axes, case: Case) -> None:
-    """Draw in the original rear face of every plate that stands as the target does.
+def legend_entries(case: Case) -> int:
+    """Return how many entries the legend has: bodies, rear faces and planes."""
+    return len(case.bodies) + 1 + case.boundary.exists
+
+
+def draw_surroundings(axes: Axes, case: Case) -> None:
+    """Draw in original rear faces of plates, and what lies behind rigid planes.
 
     Parameters
     ----------
     axes : Axes
-        Its legend gets one entry.
+        With its final limits; its legend gets one entry for the faces, and one for the
+        planes if any is within them.
     case : Case
     """
+    _draw_rear_faces(axes, case)
+    _draw_planes(axes, case)
+
+
+def _draw_rear_faces(axes: Axes, case: Case) -> None:
+    """Draw in the original rear face of every plate that stands as the target does."""
     target, direction = target_plate(case), impact_direction(case)
     faces = [
         rear_position(body, direction)
@@ -228,15 +240,8 @@ def draw_rear_faces(axes: Axes, case: Case) -> None:
         axes.axvline(z * 1e3, label="_" * (index > 0) + name, zorder=1, **REAR_FACE)
 
 
-def draw_planes(axes: Axes, case: Case) -> None:
-    """Hatch what lies behind the rigid planes of a case, up to the edge of the axes.
-
-    Parameters
-    ----------
-    axes : Axes
-        With its final limits; its legend gets one entry if any plane is within them.
-    case : Case
-    """
+def _draw_planes(axes: Axes, case: Case) -> None:
+    """Hatch what lies behind the rigid planes of a case, up to the edge of the axes."""
     label = "rigid plane"
     left, right = axes.get_xlim()
     low, high = (1e3 * plane for plane in case.boundary.planes)

@@ -85,7 +85,7 @@ class Probes:
             self._followed,
             sim.scales,
             sim.scheme.kappa,
-            sim.case.boundary,
+            sim.planes,
         )
         if sim.comm.rank == 0:
             rows = {BODIES_FILE: values.bodies, GAUGES_FILE: values.gauges}

@@ -29,7 +29,7 @@ PARTICLE_BYTES = 8.0 * (
     len(LABELS) + len(VALUES) + len(INTEGRATED) + 3 * len(EXCHANGED) + RECORD_FIELDS
 )
 """Memory of a particle at the peak, in the pair loop: its state, what is predicted,
-exchanged and sorted, and its record. Measured: 731 to 774 bytes. Filling the bodies and
+exchanged and sorted, and its record. Measured: 950 to 980 bytes. Filling the bodies and
 sharing them out takes 520."""
 
 

@@ -28,7 +28,7 @@ from mpisph.sph.timestep import StepRule
 
 PIECES = 8
 """Pieces in which a rank's share is sent to its owners at the start. A particle on its
-way takes 1200 bytes, half as much again as in a step."""
+way takes half as much memory again as in a step."""
 
 NO_STEP = StepRule(fixed=True, longest=0.0, courant=0.0)
 

@@ -8,6 +8,7 @@ from launch import CASES
 from mpisph.case import case_from_dict, load_case
 from mpisph.case.contact import first_contact, meeting_time, time_origin
 from mpisph.case.plausibility import find_warnings
+from mpisph.case.sections import Boundary
 
 SHOT = CASES / "piekutowski-4-1353.toml"
 
@@ -287,7 +288,7 @@ def test_meeting_times_against_closed_forms(one, other, meets):
     for pair in (bodies, bodies[::-1]):
         assert meeting_time(*pair) == pytest.approx(meets, abs=2e-8)
     if "velocity" in one:
-        assert first_contact(bodies) == meeting_time(*bodies)
+        assert first_contact(bodies, Boundary()) == meeting_time(*bodies)
 
 
 @pytest.mark.parametrize(

@@ -86,7 +86,7 @@ def test_all_ranks_find_the_same():
 @pytest.mark.mpi(min_size=1)
 def test_the_largest_request_of_a_rank_counts():
     comm = MPI.COMM_WORLD
-    p = everyone().take(slice(0))
+    p = everyone().take(np.arange(0))
     found = [
         global_reduction(
             comm, p, TABLE, SCHEME, AUTOMATIC, BOUNDS, SUM_BOUNDS, CLOUD,
