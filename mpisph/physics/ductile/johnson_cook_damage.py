@@ -122,4 +122,5 @@ MODEL = Model(
     "Johnson-Cook damage",
     JohnsonCookDamage,
     {"used_up": _used_up},
+    ("ductile_damage", "damage"),
 )

@@ -94,4 +94,5 @@ MODEL = Model(
     "constant heat capacity",
     HeatCapacityModel,
     {"temperature": _temperature},
+    ("T", "melt"),
 )
