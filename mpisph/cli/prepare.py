@@ -143,7 +143,7 @@ _TIME = _Quantity("s", "TIME")
     "--wall-thickness", type=_LENGTH, help="[default: three times the plate's]"
 )
 @click.option("--material", help="Card of all bodies; see `mpisph materials`.")
-@click.option("--sphere-material", help="[default: al-2024-t4]")
+@click.option("--sphere-material", help="[default: al-2017-t4]")
 @click.option("--plate-material", help="[default: al-6061-t6]")
 @click.option(
     "--npr",
@@ -180,7 +180,7 @@ def init_command(
         size,
         depth,
         speed,
-        sphere_material or material or "al-2024-t4",
+        sphere_material or material or "al-2017-t4",
         plate_material or material or "al-6061-t6",
         plate_radius,
         wall,

@@ -64,6 +64,8 @@ def test_init_writes_a_case_that_can_be_run(tmp_path):
     sphere, plate = case.bodies
     assert (sphere.radius, sphere.velocity) == (1.6e-3, 6700.0)
     assert sphere.position == -sphere.radius
+    assert (sphere.material, plate.material) == ("al-2017-t4", "al-6061-t6")
+    assert "al-2017-t4" in case.title
     assert (plate.thickness, plate.position) == (1e-3, 0.0)
     assert plate.thickness / case.spacing >= 4.0
     assert plate.radius >= 3.0 * 2.0 * sphere.radius
