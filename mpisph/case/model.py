@@ -246,9 +246,9 @@ def merge_materials(data: Mapping[str, Any]) -> Any:
     dict
         Raw tables by name: cards that bodies name, and the case's own tables. A table
         that gives the density and all constants of an equation of state stands by
-        itself; another one changes single constants of the card of its name. Models that
-        the case's scheme names go before those of the cards that come with mpisph. What
-        is malformed is left as it is, for the model to refuse.
+        itself; another one changes single constants of the card of its name. Models
+        that the case's scheme names go before those of the cards that come with mpisph.
+        What is malformed is left as it is, for the model to refuse.
     """
     own = data.get("materials", {})
     bodies = data.get("bodies", ())

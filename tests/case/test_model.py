@@ -15,7 +15,7 @@ def test_defaults_are_those_of_the_base_case(data):
     assert scheme.eos == "mie-grueneisen"
     assert scheme.strength == "elastic-plastic"
     viscosity = scheme.viscosity
-    assert (viscosity.alpha, viscosity.beta, viscosity.epsilon) == (2.5, 2.5, 0.001)
+    assert (viscosity.alpha, viscosity.beta, viscosity.epsilon) == (1.0, 2.0, 0.001)
     assert viscosity.form == "derived"
     assert (scheme.heat.enabled, scheme.heat.g1, scheme.heat.g2) == (True, 0.0, 1.0)
     assert (scheme.p_min.value, scheme.p_min.mode) == (0.0, "clamp")
@@ -26,7 +26,7 @@ def test_spacing_is_the_radius_of_the_first_sphere_over_npr(data):
     case = case_from_dict(data)
     assert case.resolution.reference == "ball"
     assert case.spacing == pytest.approx(5e-4)
-    assert case.smoothing_length == pytest.approx(1e-3)
+    assert case.smoothing_length == pytest.approx(7.5e-4)
 
 
 def test_spacing_follows_the_named_body(data):
@@ -118,6 +118,39 @@ def test_material_table_pairs_material_and_equation_of_state(data):
     assert case.material_indices == (0, 1, 0)
 
 
+@pytest.mark.parametrize(
+    ("scheme", "own", "changed"),
+    [
+        ({}, {}, {}),
+        ({"strength": "johnson-cook"}, {}, {"strength": "johnson-cook"}),
+        ({"ductile": "none"}, {}, {"ductile": "none"}),
+        ({"p_min": {"value": -1e9}}, {}, {"failure": "minimum-pressure"}),
+        ({"p_min": {}, "failure": "none"}, {}, {"failure": "none"}),
+        (
+            {"strength": "none"},
+            {"strength": "johnson-cook"},
+            {"strength": "johnson-cook"},
+        ),
+        ({}, {"failure": "none"}, {"failure": "none"}),
+    ],
+)
+def test_a_scheme_goes_before_a_card_and_a_material_of_the_case_before_both(
+    data, scheme, own, changed
+):
+    data["bodies"][0]["material"] = data["bodies"][1]["material"] = "al-6061-t6"
+    data |= {"scheme": scheme, "materials": {"al-6061-t6": own}}
+    card = {
+        "thermal": "heat-capacity",
+        "strength": "steinberg-guinan",
+        "failure": "spall",
+        "ductile": "johnson-cook-damage",
+    }
+    case = case_from_dict(data)
+    for each in (case, case_from_dict(tomllib.loads(case.to_toml()))):
+        names = each.body_models(each.bodies[1]).names
+        assert {kind: names[kind] for kind in card} == card | changed
+
+
 def test_materials_have_limits_and_models_of_their_own(data):
     """A copper rod on aluminium need not share one limit."""
     data["scheme"] = {"p_min": {"value": "-1 GPa"}}
@@ -186,7 +219,7 @@ def test_toml_round_trip_is_exact_and_complete(data):
     again = case_from_dict(tomllib.loads(text))
     assert again == case
     assert again.to_toml() == text
-    assert tomllib.loads(text)["scheme"]["viscosity"]["alpha"] == 2.5
+    assert tomllib.loads(text)["scheme"]["viscosity"]["alpha"] == 1.0
     assert tomllib.loads(text)["bodies"][0]["radius"] == 0.005
 
 
