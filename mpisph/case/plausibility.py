@@ -14,8 +14,10 @@ from mpisph.case.model import Case
 from mpisph.case.profiles import starting_state
 from mpisph.case.shapes.section import FloatArray
 from mpisph.core.errors import CaseError
+from mpisph.physics.cracks import BAND
 from mpisph.physics.eos import GASES
 from mpisph.physics.eos.table import Tabulated
+from mpisph.physics.failure.spall import LEAST_LENGTH
 from mpisph.physics.response import MaterialModels
 
 __all__ = ["find_warnings"]
@@ -74,6 +76,7 @@ def find_warnings(case: Case) -> list[str]:
         _warn_of_thin_walls,
         _warn_of_foam,
         _warn_of_materials,
+        _warn_of_cracks,
         _warn_of_heat,
         _warn_of_smoothing,
         _warn_of_viscosity,
@@ -270,6 +273,25 @@ _LARGEST_RISE = 30.0
 """Of the shear modulus over itself; Steinberg's metals have 2 to 6."""
 
 _LEAST_MELTING_GAMMA = 0.333
+
+
+def _warn_of_cracks(case: Case) -> Iterator[str]:
+    """Warn of crack energies that the spacing is too coarse for."""
+    band = BAND * case.resolution.nph * case.spacing
+    for models in case.material_table:
+        spall: Any = models.constants.get("spall")
+        if models.names["failure"] != "spall" or not spall.crack_energy:
+            continue
+        bulk = models.rho0 * models.bulk_sound_speed**2
+        share = spall.crack_energy * bulk / (LEAST_LENGTH * band * spall.strength**2)
+        if share < 1.0:
+            spacing, fine = 1e3 * case.spacing, 1e3 * case.spacing * share
+            yield (
+                f"materials.{models.material}.spall.crack_energy: particles of "
+                f"{spacing:.3g} mm resolve no crack of less than "
+                f"{spall.crack_energy / share:.3g} J/m2, which counts instead of "
+                f"{spall.crack_energy:.3g} J/m2; those of {fine:.2g} mm do"
+            )
 
 
 def _warn_of_heat(case: Case) -> Iterator[str]:

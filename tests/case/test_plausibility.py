@@ -211,6 +211,11 @@ DEBRIS = {"thermal": "heat-capacity", "failure": "spall"}
         ({"spall": {"strength": "1.2 MPa"}}, "spall.strength", "of the bulk modulus"),
         ({"spall": {"strength": "12 GPa"}}, "spall.strength", "is the unit right?"),
         (
+            {"spall": {"crack_energy": "11 kJ/m2"}},
+            "spall.crack_energy",
+            "mm resolve no crack of less than",
+        ),
+        (
             {"strength": "steinberg-guinan", "steinberg-guinan": {"A": 6.52e-9}},
             "steinberg-guinan.A",
             "per Mbar",
