@@ -238,28 +238,44 @@ def merge_materials(data: Mapping[str, Any]) -> Any:
     dict
         Raw tables by name: cards that bodies name, and the case's own tables. A table
         that gives the density and all constants of an equation of state stands by
-        itself; another one changes single constants of the card of its name. What is
-        malformed is left as it is, for the model to refuse.
+        itself; another one changes single constants of the card of its name. Models that
+        the case's scheme names go before those of the cards that come with mpisph. What
+        is malformed is left as it is, for the model to refuse.
     """
     own = data.get("materials", {})
     bodies = data.get("bodies", ())
     if not isinstance(own, Mapping):
         return own
+    named = _named_kinds(data.get("scheme"))
     wanted = {_material_name(body) for body in _sequence(bodies)} - set(own)
     merged: dict[str, Any] = {
-        name: card_data(name) for name in card_names() if name in wanted
+        name: _card(name, named) for name in card_names() if name in wanted
     }
     for name, table in own.items():
-        merged[name] = _complete_table(name, table)
+        merged[name] = _complete_table(name, table, named)
     return merged
 
 
-def _complete_table(name: str, table: Any) -> Any:
+def _named_kinds(scheme: Any) -> set[str]:
+    """Return the kinds of models that a raw scheme names for all materials."""
+    given = set(scheme) if isinstance(scheme, Mapping) else set()
+    if isinstance(scheme, Scheme):
+        given = scheme.model_fields_set
+    # A minimum pressure is meant to act.
+    return given & set(KINDS) | ({"failure"} if "p_min" in given else set())
+
+
+def _card(name: str, named: set[str]) -> dict[str, Any]:
+    """Return a card without the models of the kinds that the scheme names."""
+    return {key: value for key, value in card_data(name).items() if key not in named}
+
+
+def _complete_table(name: str, table: Any, named: set[str]) -> Any:
     if not isinstance(table, Mapping):
         return table
     if name not in card_names() or _stands_by_itself(table):
         return {**table, "name": name}
-    card = card_data(name)
+    card = _card(name, named)
     inner = {
         key: {**card[key], **entry}
         for key, entry in table.items()
