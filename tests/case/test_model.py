@@ -5,6 +5,7 @@ import pytest
 from pydantic import ValidationError
 
 from mpisph.case import Case, case_from_dict, case_schema
+from mpisph.core.particles import FIELDS
 
 
 def test_defaults_are_those_of_the_base_case(data):
@@ -169,6 +170,41 @@ def test_materials_have_limits_and_models_of_their_own(data):
     )
     again = case_from_dict(tomllib.loads(case.to_toml()))
     assert again == case
+
+
+MODEL_FIELDS = {"T", "melt", "damage", "ductile_damage", "distension"}
+
+
+@pytest.mark.parametrize(
+    ("models", "given"),
+    [
+        ({}, set()),
+        ({"thermal": "heat-capacity"}, {"T", "melt"}),
+        ({"failure": "spall"}, {"damage"}),
+        ({"failure": "grady-kipp"}, {"damage"}),
+        ({"thermal": "heat-capacity", "ductile": "johnson-cook-damage"},
+         {"T", "melt", "damage", "ductile_damage"}),
+        ({"porosity": "p-alpha"}, {"distension"}),
+    ],
+)  # fmt: skip
+def test_snapshots_carry_the_fields_of_the_models_in_use(data, models, given):
+    """Though it be in the material of one body alone."""
+    data["bodies"][0]["material"] = "al-6061-t6"
+    data["materials"] = {
+        "al-6061-t6": {
+            **models,
+            "grady-kipp": {"k": 1e30, "m": 8.0},
+            "p-alpha": {
+                "initial_distension": 1.5,
+                "elastic_pressure": 1e8,
+                "solid_pressure": 1e9,
+            },
+        }
+    }
+    saved = case_from_dict(data).saved_fields
+    assert saved & MODEL_FIELDS == given
+    always = {field.name for field in FIELDS if field.saved} - MODEL_FIELDS
+    assert saved - MODEL_FIELDS == always >= {"rho", "E", "P", "plastic_strain"}
 
 
 def test_toml_round_trip_is_exact_and_complete(data):

@@ -129,4 +129,5 @@ MODEL = Model(
     "heat capacity and melting",
     HeatCapacityModel,
     {"temperature": _temperature},
+    ("T", "melt"),
 )
