@@ -21,7 +21,7 @@ PERFECT = {
     "failure": "minimum-pressure",
     "ductile": "none",
 }
-"""Models of the scheme for which there are exact solutions: no card's go before them."""
+"""Models of the scheme that exact solutions are for; no card's go before them."""
 
 
 class Layers(NamedTuple):

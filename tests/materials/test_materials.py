@@ -143,5 +143,8 @@ def test_a_card_of_ones_own_is_read(tmp_path):
     path.write_text("rho0 = 7850\n[mie-grueneisen]\nc0 = 4600\nslope = 1.49\n")
     with pytest.raises(CaseError, match=r"steel\.toml:2: mie-grueneisen\.gamma0: req"):
         read_card(path)
-    path.write_text(path.read_text() + "gamma0 = 2\n")
+    path.write_text(path.read_text() + "gamma0 = -2\n")
+    with pytest.raises(CaseError, match=r"gamma0 = -2.0: expected at least 0"):
+        read_card(path)
+    path.write_text(path.read_text().replace("-2", "2"))
     assert (read_card(path).name, read_card(path).rho0) == ("steel", 7850.0)
