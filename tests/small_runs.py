@@ -25,6 +25,16 @@ EXPOSED = (
 )
 """Shot 4-1353, coarse and short: 10 snapshots, an exposure reached, one not."""
 
+BREAKING = (
+    *EXPOSED,
+    "bodies.sphere.material=al-2017-t4",
+    "bodies.plate.material=al-6061-t6",
+    "materials.al-6061-t6.failure=spall",
+    "scheme.thermal=heat-capacity",
+    "scheme.heat.g1=0",
+)
+"""The same of alloys that melt, of which the plate's breaks."""
+
 MODELS = (
     "bodies.sphere.velocity=4 km/s",
     "scheme.heat.g1=0",

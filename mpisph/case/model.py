@@ -26,12 +26,13 @@ from mpisph.case.sections import (
 )
 from mpisph.case.target import default_plate
 from mpisph.case.times import merge_times, periodic_times, requested_times
+from mpisph.core.particles import FIELDS
 from mpisph.inputs.quantities import FrozenModel, Identifier, Title
 from mpisph.materials import Material, card_names
 from mpisph.materials.choice import chosen_models
 from mpisph.materials.library import card_data
 from mpisph.materials.model import TABLES
-from mpisph.physics.response import KINDS, MaterialModels
+from mpisph.physics.response import KINDS, MODEL_FIELDS, MaterialModels
 
 __all__ = ["INITIAL_FILE", "MOST", "Case", "merge_materials"]
 
@@ -201,6 +202,13 @@ class Case(FrozenModel):
         order = list(dict.fromkeys(keys))
         return tuple(order.index(key) for key in keys)
 
+    @property
+    def saved_fields(self) -> frozenset[str]:
+        """Particle fields that snapshots carry: of models, those that a body uses."""
+        given = frozenset[str]().union(*(m.fields for m in self.material_table))
+        left_out = MODEL_FIELDS - given
+        return frozenset(f.name for f in FIELDS if f.saved) - left_out
+
     def body_models(self, body: Body) -> MaterialModels:
         """Return the models that a body's material is used with."""
         return chosen_models(self.body_material(body), self.scheme, body.eos)
@@ -238,9 +246,9 @@ def merge_materials(data: Mapping[str, Any]) -> Any:
     dict
         Raw tables by name: cards that bodies name, and the case's own tables. A table
         that gives the density and all constants of an equation of state stands by
-        itself; another one changes single constants of the card of its name. Models that
-        the case's scheme names go before those of the cards that come with mpisph. What
-        is malformed is left as it is, for the model to refuse.
+        itself; another one changes single constants of the card of its name. Models
+        that the case's scheme names go before those of the cards that come with mpisph.
+        What is malformed is left as it is, for the model to refuse.
     """
     own = data.get("materials", {})
     bodies = data.get("bodies", ())

@@ -38,6 +38,11 @@ KINDS: Mapping[str, Mapping[str, Model]] = {
 }
 """All models, by kind and name."""
 
+MODEL_FIELDS = frozenset(
+    field for models in KINDS.values() for m in models.values() for field in m.fields
+)
+"""Particle fields that mean something with some models alone."""
+
 MOST_ITERATIONS = 60
 ROUNDING = 1e-14
 """The plastic increment is found when this share of the stress is left."""
@@ -62,6 +67,12 @@ class MaterialModels(NamedTuple):
     rho0: float
     names: Mapping[str, str]
     constants: Mapping[str, Sourced]
+
+    @property
+    def fields(self) -> frozenset[str]:
+        """Those of `MODEL_FIELDS` that its models give."""
+        chosen = (KINDS[kind][name] for kind, name in self.names.items())
+        return frozenset(field for model in chosen for field in model.fields)
 
     @property
     def bulk_sound_speed(self) -> float:

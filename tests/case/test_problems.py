@@ -193,7 +193,8 @@ def test_a_materials_own_choice_needs_its_constants(data):
     ],
 )
 def test_what_softens_by_heat_needs_a_temperature(data, choice, key):
-    data["materials"] = {"cu-ofhc": choice}
+    cold = {"thermal": "none", "strength": "elastic-plastic", "ductile": "none"}
+    data["materials"] = {"cu-ofhc": cold | choice}
     problem = only_problem(data)
     assert problem.key == f"materials.cu-ofhc.{key}"
     assert "has no temperature" in problem.expected

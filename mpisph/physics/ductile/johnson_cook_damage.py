@@ -148,4 +148,5 @@ MODEL = Model(
     "Johnson-Cook damage",
     JohnsonCookDamage,
     {"used_up": _used_up, "torn": _torn},
+    ("ductile_damage", "damage"),
 )

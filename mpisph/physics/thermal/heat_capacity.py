@@ -134,4 +134,5 @@ MODEL = Model(
     "heat capacity and melting",
     HeatCapacityModel,
     {"temperature": _temperature},
+    ("T", "melt"),
 )
