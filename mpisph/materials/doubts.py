@@ -165,7 +165,7 @@ def _doubts_of_heat(tables: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             f"{heat.heat_of_fusion:.4g} J/kg is {fusion:.2g} of heat capacity times "
             "melting temperature, where metals have 0.3 to 0.6; is the unit right?",
         )
-    mean = heat.mean_heat_capacity / heat.heat_capacity
+    mean = heat.heat_to_melting / (heat.heat_capacity * heat.span)
     if mean > LARGEST_HEATING:
         yield (
             "heat-capacity.heat_to_melting",
