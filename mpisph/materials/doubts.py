@@ -97,8 +97,7 @@ def _doubts(
                 f"solids part at {LEAST_SPALL:g} to {LARGEST_SPALL:g} of it; is the "
                 "unit right?",
             )
-        opening = 2.0 * spall.crack_energy / spall.strength
-        if opening > LONGEST_OPENING:
+        elif (opening := 2.0 * spall.crack_energy / spall.strength) > LONGEST_OPENING:
             yield (
                 "spall.crack_energy",
                 f"a crack would carry tension until it is {opening:.2g} m wide; is the "
