@@ -151,4 +151,5 @@ MODEL = Model(
     "spall",
     Spall,
     {"limit_tension": _limit_tension, "damage_growth": _damage_growth},
+    ("damage",),
 )

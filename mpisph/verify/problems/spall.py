@@ -103,6 +103,7 @@ def _setup(count: int, energy: float) -> Setup:
         plate = {"shape": "plate", "radius": radius, "material": _MATERIAL}
         flyer = {"name": "flyer", "position": -_FLYER, "velocity": _VELOCITY}
         spall = {"strength": _STRENGTH, "crack_energy": energy}
+        fluid = {"thermal": "none", "strength": "none", "ductile": "none"}
         return case_from_dict(
             {
                 "title": "Spall",
@@ -115,9 +116,7 @@ def _setup(count: int, energy: float) -> Setup:
                         "thickness": _TARGET,
                     },
                 ],
-                "materials": {
-                    _MATERIAL: {"strength": "none", "failure": "spall", "spall": spall}
-                },
+                "materials": {_MATERIAL: fluid | {"failure": "spall", "spall": spall}},
                 "resolution": {"spacing": spacing, "nph": 1.5},
                 "scheme": {"viscosity": {"alpha": 0.5, "beta": 2.0}},
                 "gauges": [{"name": "rear", "kind": "moving", "r": 0.0, "z": _TARGET}],
