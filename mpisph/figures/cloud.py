@@ -200,7 +200,10 @@ def draw_cloud(
             _fill_first_column(axes)
             _draw_sizes(axes, definition, measure, exposure, view)
         _add_count(axes, snapshot, definition, view, right - _MARGIN)
+        handles, names = axes.get_legend_handles_labels()
         figure.legend(
+            handles,
+            names,
             loc="lower left",
             bbox_to_anchor=(axes.get_position().x0 - 0.01, 0.0),
             ncols=_COLUMNS if exposure is None else 2,
