@@ -29,6 +29,7 @@ _MODULES = [
     "tension",
     "verney",
     "taylor",
+    "spall",
 ]
 
 PROBLEMS: dict[str, Problem] = {
