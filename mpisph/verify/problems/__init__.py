@@ -30,6 +30,7 @@ _MODULES = [
     "verney",
     "taylor",
     "spall",
+    "thin_plate",
 ]
 
 PROBLEMS: dict[str, Problem] = {
