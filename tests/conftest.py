@@ -78,6 +78,16 @@ def finished(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="session")
+def breaking(tmp_path_factory):
+    """Likewise, of matter that melts and breaks."""
+    from small_runs import BREAKING, small_run
+
+    folder = tmp_path_factory.mktemp("runs") / "breaking"
+    small_run(folder, *BREAKING)
+    return folder
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_configure(config):
     if not config.getoption("--with-mpi"):

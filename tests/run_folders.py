@@ -13,7 +13,7 @@ def outcome(folder):
     lines = (folder / "history.csv").read_text().splitlines()
     result = json.loads((folder / "result.json").read_text())
     snapshots = sorted(p for p in (folder / "snapshots").iterdir() if p.is_file())
-    names = ("status", "step", "clouds", "comparisons", "conservation")
+    names = ("status", "step", "clouds", "comparisons", "conservation", "bodies")
     return {
         # Imbalance and wall time are of the machine.
         "history": [line.split(",")[:-2] for line in lines],

@@ -25,6 +25,34 @@ EXPOSED = (
 )
 """Shot 4-1353, coarse and short: 10 snapshots, an exposure reached, one not."""
 
+BREAKING = (
+    *EXPOSED,
+    "bodies.sphere.material=al-2017-t4",
+    "bodies.plate.material=al-6061-t6",
+    "materials.al-6061-t6.failure=spall",
+    "scheme.thermal=heat-capacity",
+    "scheme.heat.g1=0",
+)
+"""The same of alloys that melt, of which the plate's breaks."""
+
+MODELS = (
+    "bodies.sphere.velocity=4 km/s",
+    "scheme.heat.g1=0",
+    "bodies.sphere.material=al-2017-t4",
+    "bodies.plate.material=al-6061-t6",
+    "scheme.thermal=heat-capacity",
+    "materials.al-2017-t4.strength=steinberg-guinan",
+    "materials.al-2017-t4.failure=grady-kipp",
+    "materials.al-2017-t4.grady-kipp.k=4e35",
+    "materials.al-2017-t4.grady-kipp.m=9",
+    "materials.al-6061-t6.strength=johnson-cook",
+    "materials.al-6061-t6.failure=spall",
+    "materials.al-6061-t6.spall.criterion=principal",
+    "materials.al-6061-t6.spall.crack_energy=20 kJ/m2",
+    "materials.al-6061-t6.ductile=johnson-cook-damage",
+)
+"""Slower metals that harden, melt and break, by models of all kinds."""
+
 
 def small_run(folder, *overrides, case=SHOT):
     """Run a case on this rank alone and return its result."""

@@ -2,10 +2,13 @@
 
 In axisymmetry **a fragment is a ring**: its mass is that of the whole ring, which in
 the experiment would be many pieces around the axis. And what is counted is not what a
-witness plate would count. The scheme has no model of fracture; particles part where
+witness plate would count.
+
+Where a model damages matter, fragments are pieces of what is not broken: it alone is
+linked, and what is broken belongs to none. Without such a model particles part where
 the computed flow tears, and where they do depends on the resolution and on the factor
-below. Masses and velocities of a cloud's large coherent parts can be read from this; a
-number of pieces, or a size distribution, cannot.
+below. Masses and velocities of a cloud's large coherent parts can then be read from
+this; a number of pieces, or a size distribution, cannot.
 """
 
 from collections.abc import Mapping
@@ -20,6 +23,7 @@ from scipy.spatial import cKDTree
 from mpisph.analysis.ring_sections import ring_sections
 from mpisph.core.particles import FloatArray, IntArray
 from mpisph.diagnostics.cloud import CloudDefinition, in_cloud, shows_arrival
+from mpisph.diagnostics.condition import BROKEN
 
 CONTACT = 1.5
 """Particles nearer than this multiple of the mean of their sizes touch.
@@ -52,7 +56,7 @@ _CHUNK = 8192
 
 
 class Fragments(NamedTuple):
-    """The fragments of a cloud, the heaviest first.
+    """The fragments of a cloud, the heaviest first, and what is in none.
 
     Attributes
     ----------
@@ -67,7 +71,10 @@ class Fragments(NamedTuple):
     body_mass : ndarray, shape (k, bodies)
         Mass of each body in the fragment [kg].
     fragment_of : ndarray of int64, shape (n,)
-        The fragment that each particle given is in; -1 outside of the cloud.
+        The fragment that each particle given is in; -1 outside of the cloud, and where
+        matter is broken.
+    broken : float
+        Mass of what is broken in the cloud [kg].
     """
 
     mass: FloatArray
@@ -78,6 +85,7 @@ class Fragments(NamedTuple):
     particles: IntArray
     body_mass: FloatArray
     fragment_of: IntArray
+    broken: float
 
 
 def find_fragments(
@@ -92,7 +100,7 @@ def find_fragments(
     ----------
     arrays : mapping of str to ndarray
         ``body``, ``m``, ``r``, ``z``, ``u_r``, ``u_z`` and ``rho``, each of shape
-        (n,), in SI units, as in `Snapshot.arrays`.
+        (n,), in SI units, as in `Snapshot.arrays`; ``damage`` where a model gives it.
     definition : CloudDefinition
         Which particles form the cloud.
     factor : float, optional
@@ -103,12 +111,14 @@ def find_fragments(
     Returns
     -------
     Fragments
-        Empty arrays where there is no cloud, or where it has come to the next body.
+        Empty arrays where there is no cloud, where all of it is broken, or where it has
+        come to the next body.
     """
     body, z, u_z = (arrays[name] for name in ("body", "z", "u_z"))
     inside = in_cloud(body, z, u_z, definition)
     inside &= not shows_arrival(body, z, arrays["u_r"], u_z, definition).any()
-    cloud = np.flatnonzero(inside)
+    broken = inside & (arrays.get("damage", np.zeros(())) >= BROKEN)
+    cloud = np.flatnonzero(inside & ~broken)
     size = (ring_sections(arrays).side if sizes is None else sizes)[cloud]
     places = np.column_stack([arrays["r"], arrays["z"]])[cloud]
     labels = _clusters(places, size, factor)
@@ -132,7 +142,8 @@ def find_fragments(
     )
     particles = np.bincount(labels, minlength=k)
     by_body = by_body.reshape(k, bodies)
-    return Fragments(mass, z, r, u_z, u_r, particles, by_body, fragment_of)
+    dust = float(arrays["m"][broken].sum())
+    return Fragments(mass, z, r, u_z, u_r, particles, by_body, fragment_of, dust)
 
 
 def _summed(cells: IntArray, values: FloatArray, n: int) -> FloatArray:

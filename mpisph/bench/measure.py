@@ -189,6 +189,7 @@ def _time_snapshot(sim: Simulation) -> float:
             step=sim.step,
             metadata={"case": sim.case.to_toml()},
             n_total=sim.n_total,
+            fields=sim.case.saved_fields,
         )
         spent = time.perf_counter() - begin
         return float(sim.comm.allreduce(spent, MPI.MAX))

@@ -127,6 +127,7 @@ def keep_late_start(case: Case, comm: MPI.Intracomm, time: float, store: Path) -
         step=sim.step,
         metadata={"case": text},
         n_total=sim.n_total,
+        fields=case.saved_fields,
     )
 
 
@@ -140,7 +141,8 @@ def start_late(case: Case, path: Path, comm: MPI.Intracomm) -> Simulation:
     """
     snapshot = from_root(comm, lambda: read_snapshot(path))
     first, end = id_block(case, comm)
-    share = {name: snapshot.arrays[name][first:end] for name in INITIAL}
+    saved = snapshot.arrays
+    share = {name: saved[name][first:end] for name in INITIAL if name in saved}
     return start_from(case, comm, InitialParticles.of(share), snapshot.time)
 
 

@@ -174,10 +174,12 @@ def _check_models(parts: Parts) -> Iterator[Finding]:
     """Require the constants of the models that are chosen."""
     if parts.scheme is None:
         return
+    seen: set[tuple[str, str | None]] = set()
     for i, body in enumerate(parts.bodies):
         material = parts.materials.get(body.material) if body is not None else None
-        if body is None or material is None:
+        if body is None or material is None or (body.material, body.eos) in seen:
             continue
+        seen.add((body.material, body.eos))
         chosen = chosen_models(material, parts.scheme, body.eos)
         who = f'"{material.name}", the material of "{body.name}"'
         for kind, name in chosen.names.items():
@@ -188,9 +190,10 @@ def _check_models(parts: Parts) -> Iterator[Finding]:
                 key = ("materials", body.material, kind)
             if name in TABLES and name not in chosen.constants:
                 label = KINDS[kind][name].label
-                yield Finding(
-                    key, f"{who}, has no {label} constants{_FLUID.get(kind, '')}"
-                )
+                others = [x for x in KINDS[kind] if x in chosen.constants]
+                known = f"; it has those of {', '.join(others)}" if others else ""
+                fluid = _FLUID.get(kind, "") if not others else ""
+                yield Finding(key, f"{who}, has no {label} constants{known}{fluid}")
             elif name in TABLES and chosen.constants[name].needs_temperature:
                 yield from _check_temperature(material, chosen, key, who)
         yield from _check_state_at_rest(chosen, ("materials", body.material))

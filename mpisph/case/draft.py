@@ -32,9 +32,6 @@ AFTER_ARRIVAL = 1.6
 SNAPSHOTS = 12
 """About so many are written."""
 
-SPALL_LIMIT = 3e3
-"""Impact velocity below which matter is not torn wherever it is in tension [m/s]."""
-
 
 class Draft(NamedTuple):
     """What a first case is made of; lengths [m], velocity [m/s], time [s].
@@ -125,7 +122,6 @@ def draft_case(draft: Draft) -> str:
             )
         )
     parts.append(_RESOLUTION.format(npr=npr, rows=f"{rows:.3g}"))
-    parts.append(_SCHEME.format(p_min="0.0" if v >= SPALL_LIMIT else '"-1.2 GPa"'))
     parts.append(_TIMES.format(end=_us(end), every=_us(_round(end / SNAPSHOTS))))
     return "\n".join(parts)
 
@@ -159,8 +155,9 @@ def _us(time: float) -> str:
 
 
 _SPHERE = """\
-# Numbers are SI; a string carries its unit. Every other setting has a default:
-# `mpisph schema` and case.toml of a run show them all.
+# Numbers are SI; a string carries its unit. Every other setting has a default, and the
+# materials choose how they harden, melt and break: `mpisph schema`, and case.toml of a
+# run, show it all.
 
 # The sphere touches the plate's front face, z = 0, at t = 0, and moves along +z.
 [[bodies]]
@@ -199,13 +196,6 @@ _RESOLUTION = """\
 # take eight times as long: compare two resolutions before a figure is believed.
 [resolution]
 npr = {npr}
-"""
-
-_SCHEME = """\
-# The least pressure that matter bears in tension. Zero suits a hypervelocity impact,
-# whose shock leaves nothing whole; below 3 km/s matter keeps some strength.
-[scheme]
-p_min = {{ value = {p_min} }}
 """
 
 _TIMES = """\

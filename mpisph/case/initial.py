@@ -36,7 +36,11 @@ REQUIRED = ("body", "m", "r", "z")
 """Fields that have no default."""
 
 _POSITIVE = ("m", "r", "rho", "h")
-_NOT_NEGATIVE = ("plastic_strain",)
+_LEAST = {
+    **dict.fromkeys(("plastic_strain", "plastic_work", "ductile_damage", "damage"), 0),
+    "distension": 1,
+}
+_MOST = {"damage": 1}
 _FOLLOWING = {field.name for field in FIELDS} - set(INITIAL)
 # What snapshots hold besides: it follows from the rest.
 
@@ -221,10 +225,10 @@ def _value_findings(case: Case, fields: Fields) -> Iterator[Finding]:
         rules = [(np.isfinite(values), "a finite number")]
         if name in _POSITIVE:
             rules.append((values > 0.0, "more than 0"))
-        if name in _NOT_NEGATIVE:
-            rules.append((values >= 0.0, "at least 0"))
-        if name == "distension":
-            rules.append((values >= 1.0, "at least 1"))
+        if name in _LEAST:
+            rules.append((values >= _LEAST[name], f"at least {_LEAST[name]}"))
+        if name in _MOST:
+            rules.append((values <= _MOST[name], f"at most {_MOST[name]}"))
         if name in {"r", "z"}:
             rules.append((np.abs(values) <= farthest, f"at most {farthest:g} m"))
         if name == "z" and (low := case.boundary.z_min) is not None:

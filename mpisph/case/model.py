@@ -26,12 +26,13 @@ from mpisph.case.sections import (
 )
 from mpisph.case.target import default_plate
 from mpisph.case.times import merge_times, periodic_times, requested_times
+from mpisph.core.particles import FIELDS
 from mpisph.inputs.quantities import FrozenModel, Identifier, Title
 from mpisph.materials import Material, card_names
 from mpisph.materials.choice import chosen_models
 from mpisph.materials.library import card_data
 from mpisph.materials.model import TABLES
-from mpisph.physics.response import KINDS, MaterialModels
+from mpisph.physics.response import KINDS, MODEL_FIELDS, MaterialModels
 
 __all__ = ["INITIAL_FILE", "MOST", "Case", "merge_materials"]
 
@@ -201,6 +202,13 @@ class Case(FrozenModel):
         order = list(dict.fromkeys(keys))
         return tuple(order.index(key) for key in keys)
 
+    @property
+    def saved_fields(self) -> frozenset[str]:
+        """Particle fields that snapshots carry: of models, those that a body uses."""
+        given = frozenset[str]().union(*(m.fields for m in self.material_table))
+        left_out = MODEL_FIELDS - given
+        return frozenset(f.name for f in FIELDS if f.saved) - left_out
+
     def body_models(self, body: Body) -> MaterialModels:
         """Return the models that a body's material is used with."""
         return chosen_models(self.body_material(body), self.scheme, body.eos)
@@ -238,28 +246,44 @@ def merge_materials(data: Mapping[str, Any]) -> Any:
     dict
         Raw tables by name: cards that bodies name, and the case's own tables. A table
         that gives the density and all constants of an equation of state stands by
-        itself; another one changes single constants of the card of its name. What is
-        malformed is left as it is, for the model to refuse.
+        itself; another one changes single constants of the card of its name. Models
+        that the case's scheme names go before those of the cards that come with mpisph.
+        What is malformed is left as it is, for the model to refuse.
     """
     own = data.get("materials", {})
     bodies = data.get("bodies", ())
     if not isinstance(own, Mapping):
         return own
+    named = _named_kinds(data.get("scheme"))
     wanted = {_material_name(body) for body in _sequence(bodies)} - set(own)
     merged: dict[str, Any] = {
-        name: card_data(name) for name in card_names() if name in wanted
+        name: _card(name, named) for name in card_names() if name in wanted
     }
     for name, table in own.items():
-        merged[name] = _complete_table(name, table)
+        merged[name] = _complete_table(name, table, named)
     return merged
 
 
-def _complete_table(name: str, table: Any) -> Any:
+def _named_kinds(scheme: Any) -> set[str]:
+    """Return the kinds of models that a raw scheme names for all materials."""
+    given = set(scheme) if isinstance(scheme, Mapping) else set()
+    if isinstance(scheme, Scheme):
+        given = scheme.model_fields_set
+    # A minimum pressure is meant to act.
+    return given & set(KINDS) | ({"failure"} if "p_min" in given else set())
+
+
+def _card(name: str, named: set[str]) -> dict[str, Any]:
+    """Return a card without the models of the kinds that the scheme names."""
+    return {key: value for key, value in card_data(name).items() if key not in named}
+
+
+def _complete_table(name: str, table: Any, named: set[str]) -> Any:
     if not isinstance(table, Mapping):
         return table
     if name not in card_names() or _stands_by_itself(table):
         return {**table, "name": name}
-    card = card_data(name)
+    card = _card(name, named)
     inner = {
         key: {**card[key], **entry}
         for key, entry in table.items()

@@ -14,6 +14,7 @@ from mpisph.case.model import Case
 from mpisph.case.profiles import starting_state
 from mpisph.case.shapes.section import FloatArray
 from mpisph.core.errors import CaseError
+from mpisph.materials.doubts import doubtful_constants
 from mpisph.physics.eos import GASES
 from mpisph.physics.eos.table import Tabulated
 from mpisph.physics.response import MaterialModels
@@ -227,30 +228,9 @@ def _doubts(models: MaterialModels) -> Iterator[str]:
         for name in models.names.values()
         if name in models.constants
     }
-    bulk = models.rho0 * models.bulk_sound_speed**2
-    if spall := chosen.get("spall"):
-        share = spall.strength / bulk
-        if not _LEAST_SPALL <= share <= _LARGEST_SPALL:
-            yield (
-                f"{key}.spall.strength: {spall.strength:.4g} Pa is {share:.2g} of the "
-                f"bulk modulus, where solids part at {_LEAST_SPALL:g} to "
-                f"{_LARGEST_SPALL:g} of it; is the unit right?"
-            )
-    if steinberg := chosen.get("steinberg-guinan"):
-        rise = steinberg.A * bulk
-        if rise > _LARGEST_RISE:
-            yield (
-                f"{key}.steinberg-guinan.A: at a pressure of the bulk modulus the "
-                f"shear modulus would rise {rise:.3g}-fold; Steinberg gives it per "
-                'Mbar, as in "6.52 Mbar^-1"; is the unit right?'
-            )
-    if thermal := chosen.get("heat-capacity"):
-        if thermal.melting_gamma < _LEAST_MELTING_GAMMA:
-            yield (
-                f"{key}.heat-capacity.melting_gamma: with {thermal.melting_gamma:g} "
-                "the melting temperature falls with compression; take the Grueneisen "
-                "parameter, or 1/3 for a constant one"
-            )
+    if not models.gas:
+        bulk = models.rho0 * models.bulk_sound_speed**2
+        yield from doubtful_constants(key, models.rho0, bulk, chosen)
     if models.names["strength"] == "none":
         ductile = "johnson-cook-damage"
         for kind, model in (("failure", "grady-kipp"), ("ductile", ductile)):
@@ -260,16 +240,11 @@ def _doubts(models: MaterialModels) -> Iterator[str]:
                     f"nor plastic strain, and {model} breaks nothing; give it "
                     f"strength, or set {kind} to another model"
                 )
-
-
-_LEAST_SPALL, _LARGEST_SPALL = 2e-4, 0.1
-"""Spall strength over bulk modulus: ice has 0.002, metals 0.006 to 0.02, and crystals
-without a flaw some 0.1."""
-
-_LARGEST_RISE = 30.0
-"""Of the shear modulus over itself; Steinberg's metals have 2 to 6."""
-
-_LEAST_MELTING_GAMMA = 0.333
+    elif models.names["failure"] == "none" != models.names["ductile"]:
+        yield (
+            f"{key}.failure: tension from all sides strains nothing plastically, and "
+            f'without a model of failure matter bears any; set failure = "spall"'
+        )
 
 
 def _warn_of_heat(case: Case) -> Iterator[str]:
@@ -296,7 +271,7 @@ def _warn_of_smoothing(case: Case) -> Iterator[str]:
         yield (
             f"resolution.nph: with {nph:g} a particle has too few neighbours, and "
             "internal energies fall far below zero; take "
-            f"{_LEAST_NPH:g} or more (default 2)"
+            f"{_LEAST_NPH:g} or more (default 1.5)"
         )
 
 
@@ -307,7 +282,7 @@ def _warn_of_viscosity(case: Case) -> Iterator[str]:
         yield (
             f"scheme.viscosity.alpha: with {viscosity.alpha:g} particles pass through "
             "each other at a shock, and internal energies fall below zero; take "
-            f"{_LEAST_VISCOSITY:g} or more (default 2.5)"
+            f"{_LEAST_VISCOSITY:g} or more (default 1)"
         )
     elastic = any(m.names["strength"] != "none" for m in case.material_table)
     if (

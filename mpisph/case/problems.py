@@ -16,6 +16,7 @@ from mpisph.case.partial_case import Parts
 from mpisph.case.schema import field_schema
 from mpisph.core.errors import Problem
 from mpisph.inputs.findings import (
+    BOUNDS,
     MOST_MISTAKES,
     Finding,
     Key,
@@ -26,12 +27,6 @@ from mpisph.inputs.quantities import IDENTIFIER_RULE, Identifier
 from mpisph.inputs.spelling import nearest, nearest_quoted
 from mpisph.materials import Material, card_names
 
-_BOUNDS = {
-    "greater_than": ("gt", "more than"),
-    "greater_than_equal": ("ge", "at least"),
-    "less_than": ("lt", "less than"),
-    "less_than_equal": ("le", "at most"),
-}
 _LENGTHS = {"string_too_long": "characters", "too_long": "elements"}
 _TYPES = {
     "bool_type": "expected true or false",
@@ -121,8 +116,8 @@ def _translate(detail: ErrorDetails, data: Any) -> Finding:
         choices = re.findall(r"'([^']*)'", context["expected"])
         guess = nearest_quoted(str(detail["input"]), choices)
         return Finding(key, f"expected {_choice(choices)}", guess)
-    if kind in _BOUNDS:
-        name, words = _BOUNDS[kind]
+    if kind in BOUNDS:
+        name, words = BOUNDS[kind]
         unit = field_schema(key, data).get("unit", "1")
         bound = f"{context[name]:g}" + ("" if unit == "1" else f" {unit}")
         return Finding(key, f"expected {words} {bound}")

@@ -66,7 +66,7 @@ class Resolution(FrozenModel):
     """Body whose radius npr divides; by default the first sphere or shell."""
     spacing: PositiveLength | None = None
     """Particle spacing, instead of npr."""
-    nph: Annotated[float, Field(ge=0.5, le=10), Quantity("")] = 2.0
+    nph: Annotated[float, Field(ge=0.5, le=10), Quantity("")] = 1.5
     """Initial smoothing length over particle spacing."""
 
 
@@ -90,9 +90,9 @@ class Initial(FrozenModel):
 class Viscosity(FrozenModel):
     """Artificial viscosity (R5)."""
 
-    alpha: NonNegative = 2.5
+    alpha: NonNegative = 1.0
     """Coefficient of the term linear in velocity."""
-    beta: NonNegative = 2.5
+    beta: NonNegative = 2.0
     """Coefficient of the term quadratic in velocity."""
     epsilon: Fraction = 0.001
     """Fraction of h^2 that keeps the denominator from vanishing."""

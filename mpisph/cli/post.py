@@ -3,27 +3,57 @@
 What draws is imported by the command that does: it takes long to load.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any, TypeVar
 
 import click
 from mpi4py import MPI
 
 from mpisph.cli.options import OutputPath, runs_argument
 from mpisph.core.console import open_console
+from mpisph.figures.fields import BODY, SHOWN_FIELDS, choose_fields
 from mpisph.inputs.folder_name import folder_name
 from mpisph.parallel.collectives import from_root, on_root
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+Ranges = tuple[tuple[str, str], ...]
+
+
+def field_options(command: Command) -> Command:
+    """Add the options that say what the colours of particles show."""
+    field = click.option(
+        "--field",
+        "fields",
+        multiple=True,
+        type=click.Choice(list(SHOWN_FIELDS)),
+        help="What the colours show.  Given twice: above the axis, and below it.  "
+        f"[default: {BODY.field.name}]",
+    )
+    limits = click.option(
+        "--range",
+        "ranges",
+        nargs=2,
+        multiple=True,
+        metavar="LOW HIGH",
+        help="Where the colours of --field begin and end, such as 0 5GPa; a plain "
+        "number is in SI.  Given twice: of both fields.  [default: where the values of "
+        "the whole run do, but for 1 % at each end]",
+    )
+    return field(limits(command))
 
 
 @click.command("figures")
 @click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
-def figures_command(folder: Path) -> None:
-    """Draw the figures of the run folder RUN again."""
+@field_options
+def figures_command(folder: Path, fields: tuple[str, ...], ranges: Ranges) -> None:
+    """Draw the figures of the run folder RUN again, or those of fields."""
     from mpisph.figures.cloud import draw_run
     from mpisph.io.run_folder import no_run
 
-    comm = MPI.COMM_WORLD
-    paths = from_root(comm, lambda: draw_run(folder))
+    comm, chosen = MPI.COMM_WORLD, choose_fields(fields, ranges)
+    paths = from_root(comm, lambda: draw_run(folder, chosen))
     if not paths:
         raise no_run(folder, "snapshots to draw")
     for path in paths:
@@ -82,14 +112,21 @@ def report_command(paths: tuple[Path, ...], output: Path | None, root: Path) -> 
     "-o",
     "--output",
     type=OutputPath(path_type=Path, dir_okay=False),
-    help="The film.  [default: film.mp4 in the folder RUN]",
+    help="The film.  [default: film.mp4 in the folder RUN, or film_<fields>.mp4]",
 )
 @click.option(
     "--fps",
     type=click.FloatRange(min=0.1, max=120),
     help="Frames a second.  [default: a film of some seconds]",
 )
-def animate_command(folder: Path, output: Path | None, fps: float | None) -> None:
+@field_options
+def animate_command(
+    folder: Path,
+    output: Path | None,
+    fps: float | None,
+    fields: tuple[str, ...],
+    ranges: Ranges,
+) -> None:
     """Make a film (MP4) of the run folder RUN, a frame for each snapshot.
 
     More frames need more snapshots: `mpisph run CASE --set output.every=0.1us`. The
@@ -97,8 +134,10 @@ def animate_command(folder: Path, output: Path | None, fps: float | None) -> Non
     """
     from mpisph.figures.movie import FILM_FILE, animate
 
-    film = output or folder / FILM_FILE
-    click.echo(from_root(MPI.COMM_WORLD, lambda: animate(folder, film, fps)))
+    chosen = choose_fields(fields, ranges)
+    film = output or (folder / FILM_FILE).with_stem("_".join(("film", *fields)))
+    comm = MPI.COMM_WORLD
+    click.echo(from_root(comm, lambda: animate(folder, film, fps, chosen or (BODY,))))
 
 
 @click.command("clock")

@@ -20,6 +20,7 @@ from mpisph.inputs.folder_name import folder_name
 from mpisph.inputs.quantities import si_value
 from mpisph.io.files import write_text
 from mpisph.materials import Material, card_names, load_card, read_card
+from mpisph.materials.doubts import card_doubts
 from mpisph.materials.model import TABLES
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.physics.models import described
@@ -46,7 +47,7 @@ def materials_command(names: tuple[str, ...], figure: Path | None) -> None:
     """List the material cards, or print each CARD wholly.
 
     CARD is the name of a card that comes with mpisph, or a file of your own, which a
-    body may name as its material too.
+    body may name as its material too. Constants that no matter has are warned of.
     """
     if figure is not None and len(names) != 1:
         raise click.UsageError("--plot draws one CARD")
@@ -56,6 +57,9 @@ def materials_command(names: tuple[str, ...], figure: Path | None) -> None:
         console = open_console(stderr=False)
         for table in map(_card_table, cards) if names else [_list_of_cards()]:
             console.print(table)
+        for card in cards:
+            for text in card_doubts(card):
+                click.echo(f"warning: {text}")
     if figure is not None:
         on_root(comm, lambda: _draw_card(cards[0], figure))
         click.echo(f"curves in {figure}")
@@ -143,7 +147,7 @@ _TIME = _Quantity("s", "TIME")
     "--wall-thickness", type=_LENGTH, help="[default: three times the plate's]"
 )
 @click.option("--material", help="Card of all bodies; see `mpisph materials`.")
-@click.option("--sphere-material", help="[default: al-2024-t4]")
+@click.option("--sphere-material", help="[default: al-2017-t4]")
 @click.option("--plate-material", help="[default: al-6061-t6]")
 @click.option(
     "--npr",
@@ -180,7 +184,7 @@ def init_command(
         size,
         depth,
         speed,
-        sphere_material or material or "al-2024-t4",
+        sphere_material or material or "al-2017-t4",
         plate_material or material or "al-6061-t6",
         plate_radius,
         wall,

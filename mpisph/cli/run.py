@@ -165,7 +165,7 @@ def _load_cases(case_files: Sequence[Path], overrides: Sequence[str]) -> list[Ca
 
 def _say_ending(folder: Path, result: "Result") -> None:
     """Print how a run ended, on rank 0."""
-    from mpisph.io.result import comparison_table
+    from mpisph.io.result import bodies_table, comparison_table
 
     if MPI.COMM_WORLD.rank != 0:
         return
@@ -180,6 +180,8 @@ def _say_ending(folder: Path, result: "Result") -> None:
     console = open_console(stderr=False)
     if result.comparisons:
         console.print(comparison_table(result))
+    if result.bodies:
+        console.print(bodies_table(result))
     c, t = result.conservation, result.timing
     momentum = ""
     if c.momentum_z_error is not None:

@@ -37,7 +37,8 @@ class Field(NamedTuple):
     exchanged : bool
         True where a ghost needs the field.
     saved : bool
-        True where snapshots carry the field.
+        True where snapshots carry the field, if it means something with the models of
+        the case.
     """
 
     name: str

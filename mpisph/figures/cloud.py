@@ -2,7 +2,9 @@
 
 import math
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -20,6 +22,17 @@ from mpisph.diagnostics.cloud import (
     compare,
     in_cloud,
 )
+from mpisph.figures.dots import (
+    BAR_MARGIN,
+    BODIES,
+    Dots,
+    Shading,
+    draw_bars,
+    find_shadings,
+    halves_text,
+    legend_entries,
+)
+from mpisph.figures.fields import Chosen, condition_fields, require_fields
 from mpisph.figures.style import (
     BOX,
     COMPUTED,
@@ -34,10 +47,8 @@ from mpisph.figures.view import (
     View,
     choose_view,
     common_view,
-    draw_particles,
     draw_surroundings,
     exposure_at,
-    legend_entries,
     measure_cloud,
     only_finite,
     set_limits,
@@ -47,22 +58,33 @@ from mpisph.io.snapshot import Snapshot, read_series, read_snapshot
 
 FIGURES_FOLDER = "figures"
 
+_MARGIN = 0.12
+# Right of the axes, where no colour bar is [in].
+
 _COLUMNS = 4
 # Of the legend where it names bodies alone.
+
+_SIZES = 3
+# Lines of the legend that tell sizes of the cloud.
 
 _NO_ERRORS = CloudErrors(None, None)
 
 
-def draw_run(folder: Path) -> list[Path]:
-    """Draw every snapshot of a run to ``figures/cloud_<time>us.png``, all in one view.
+def draw_run(folder: Path, chosen: Sequence[Chosen] = ()) -> list[Path]:
+    """Draw every snapshot of a run, all in one view and with the same colours.
 
-    Exposures are drawn in at their nominal times and at those with the clock
-    offset added.
+    The files are ``figures/cloud_<time>us.png``, with the fields instead of ``cloud``
+    where these are chosen. Exposures are drawn in at their nominal times and at those
+    with the clock offset added.
 
     Parameters
     ----------
     folder : Path
         Folder of the run.
+    chosen : sequence of Chosen, optional
+        What the colours show: one field, or those above and below the axis. By default
+        it is the bodies; where models give it, the condition of the matter at the end
+        is drawn as well.
 
     Returns
     -------
@@ -71,27 +93,60 @@ def draw_run(folder: Path) -> list[Path]:
 
     Raises
     ------
+    InputError
+        If the snapshots lack a field.
     OSError
         If a snapshot cannot be read or a figure cannot be written.
     """
     series = read_series(folder)
     if not series:
         return []
-    names = _figure_names([time for _, time in series])
-    figures = [folder / FIGURES_FOLDER / name for name in names]
-    case = case_from_dict(tomllib.loads(read_snapshot(series[0][0]).case))
-    view = common_view([path for path, _ in series], case)
-    for (path, time), out in zip(series, figures, strict=True):
-        draw_cloud(path, case, out, exposure=exposure_at(case, time), view=view)
+    paths = [path for path, _ in series]
+    first = read_snapshot(paths[0])
+    require_fields(chosen, first.arrays, folder)
+    case = case_from_dict(tomllib.loads(first.case))
+    view = common_view(paths, case)
+    stamps = _time_stamps([time for _, time in series])
+    shown = [_Shown(*each, t) for each, t in zip(series, stamps, strict=True)]
+    figures = [_draw_shown(folder, case, view, chosen, shown)]
+    if not chosen and (condition := condition_fields(case)):
+        figures.append(_draw_shown(folder, case, view, condition, shown[-1:]))
+    return [path for drawn in figures for path in drawn]
+
+
+class _Shown(NamedTuple):
+    """A snapshot that is drawn, its time [s], and how files say it."""
+
+    path: Path
+    time: float
+    stamp: str
+
+
+def _draw_shown(
+    folder: Path,
+    case: Case,
+    view: View,
+    chosen: Sequence[Chosen],
+    shown: Sequence[_Shown],
+) -> list[Path]:
+    """Draw snapshots with the same colours; return the figures."""
+    name = "_".join(each.field.name for each in chosen) or "cloud"
+    snapshots = (read_snapshot(each.path) for each in shown)
+    shadings = find_shadings(chosen, snapshots, view) or BODIES
+    figures = []
+    for path, time, stamp in shown:
+        figures.append(folder / FIGURES_FOLDER / f"{name}_{stamp}.png")
+        exposure = exposure_at(case, time)
+        draw_cloud(path, case, figures[-1], None, exposure, view, shadings)
     return figures
 
 
-def _figure_names(times: list[float]) -> list[str]:
-    """Return names with the times in us, and with digits enough to differ."""
+def _time_stamps(times: list[float]) -> list[str]:
+    """Return the times in us, with digits enough to differ."""
     names: list[str] = []
     for digits in range(2, 10):
         width = digits + 3
-        names = [f"cloud_{time * 1e6:0{width}.{digits}f}us.png" for time in times]
+        names = [f"{time * 1e6:0{width}.{digits}f}us" for time in times]
         if len(set(names)) == len(names):
             break
     return names
@@ -104,6 +159,7 @@ def draw_cloud(
     measure: CloudMeasure | None = None,
     exposure: Exposure | None = None,
     view: View | None = None,
+    shadings: Sequence[Shading] = BODIES,
 ) -> None:
     """Draw the particles of a snapshot, mirrored about the axis.
 
@@ -118,6 +174,8 @@ def draw_cloud(
         What was measured; without it nothing is drawn in beside the cloud.
     view : View, optional
         By default that of this snapshot alone.
+    shadings : sequence of Shading, optional
+        What the colours show, see `Dots`.
 
     Raises
     ------
@@ -128,16 +186,20 @@ def draw_cloud(
     definition = cloud_definition(case)
     measure = measure or measure_cloud(snapshot, case)
     view = view or choose_view(snapshot, case, exposure, measure)
-    lines = title_lines(case, snapshot.time, exposure)
+    lines = title_lines(case, snapshot.time, exposure) + halves_text(shadings)
     with mpl.rc_context(STYLE):
-        figure, axes = _make_axes(view, len(lines), _legend_lines(case))
+        right = BAR_MARGIN if any(x.has_bar for x in shadings) else _MARGIN
+        legend_lines = _legend_lines(case, shadings)
+        figure, axes = _make_axes(view, right, len(lines), legend_lines)
         # A dollar sign of the user's title begins no formula.
         axes.set_title("\n".join(lines), loc="left", parse_math=False)
-        draw_particles(axes, snapshot, case, view)
+        Dots(axes, case, view, shadings).show(snapshot)
+        draw_bars(axes, shadings)
         draw_surroundings(axes, case)
         if exposure is not None:
+            _fill_first_column(axes)
             _draw_sizes(axes, definition, measure, exposure, view)
-        _add_count(axes, snapshot, definition, view)
+        _add_count(axes, snapshot, definition, view, right - _MARGIN)
         figure.legend(
             loc="lower left",
             bbox_to_anchor=(axes.get_position().x0 - 0.01, 0.0),
@@ -146,9 +208,11 @@ def draw_cloud(
         save(figure, out)
 
 
-def _make_axes(view: View, title_lines: int, legend_lines: int) -> tuple[Figure, Axes]:
+def _make_axes(
+    view: View, right: float, title_lines: int, legend_lines: int
+) -> tuple[Figure, Axes]:
     """Return a figure whose axes have one scale for both directions."""
-    left, right = 0.62, 0.12
+    left = 0.62
     bottom, top = 0.6 + 0.175 * legend_lines, 0.2 + 0.19 * title_lines
     width = WIDTH - left - right
     height = width * view.aspect
@@ -162,12 +226,18 @@ def _make_axes(view: View, title_lines: int, legend_lines: int) -> tuple[Figure,
     return figure, axes
 
 
-def _legend_lines(case: Case) -> int:
+def _legend_lines(case: Case, shadings: Sequence[Shading]) -> int:
     """Return the lines of the legend, as many in all figures of a run."""
-    entries = legend_entries(case)
+    entries = legend_entries(case, shadings)
     if case.measured is not None and case.measured.exposures:
-        return max(entries, 3)
+        return max(entries, _SIZES)
     return math.ceil(entries / _COLUMNS)
+
+
+def _fill_first_column(axes: Axes) -> None:
+    """Add empty entries to the legend, so that sizes stand in its second column."""
+    for _ in range(len(axes.get_legend_handles_labels()[0]), _SIZES):
+        axes.plot([], [], " ", label=" ")
 
 
 def _draw_sizes(
@@ -276,9 +346,16 @@ def _percent(error: float) -> str:
 
 
 def _add_count(
-    axes: Axes, snapshot: Snapshot, definition: CloudDefinition, view: View
+    axes: Axes,
+    snapshot: Snapshot,
+    definition: CloudDefinition,
+    view: View,
+    beyond: float,
 ) -> None:
-    """Say how many particles there are, and how many the limits leave out."""
+    """Say how many particles there are, and how many the limits leave out.
+
+    The text may go beyond the axes, by so much [in].
+    """
     a = snapshot.arrays
     hidden = ~view.shows(a["z"] * 1e3, a["r"] * 1e3)
     n, left_out = len(hidden), np.count_nonzero(hidden)
@@ -290,7 +367,7 @@ def _add_count(
     axes.annotate(
         text,
         (1.0, 0.0),
-        (0, -22),
+        (72.0 * beyond, -22),
         xycoords="axes fraction",
         textcoords="offset points",
         ha="right",

@@ -26,6 +26,7 @@ from mpisph.diagnostics.cloud import (
     cloud_definition,
     in_cloud,
 )
+from mpisph.figures.dots import Dots
 from mpisph.figures.style import (
     COMPUTED,
     DPI,
@@ -39,7 +40,6 @@ from mpisph.figures.style import (
 from mpisph.figures.view import (
     View,
     choose_view,
-    draw_particles,
     exposure_at,
     set_limits,
     title_lines,
@@ -121,7 +121,7 @@ def draw_radiograph(
         figure.colorbar(
             image, bar, extend="max", label=_density_label(case, attenuations)
         )
-        draw_particles(particles, snapshot, case, view)
+        Dots(particles, case, view).show(snapshot)
         particles.set_ylabel("radius r [mm]")
         particles.set_xlabel("axial position z [mm]", loc="left")
         figure.legend(
@@ -341,10 +341,7 @@ def draw_fragments(snapshot: Snapshot, case: Case, out: Out) -> None:
     a, definition = snapshot.arrays, cloud_definition(case)
     found = {factor: find_fragments(a, definition, factor) for factor in _FACTORS}
     lines = title_lines(case, snapshot.time, exposure_at(case, snapshot.time))
-    lines.append(
-        "A fragment is a ring of touching particles; their number depends on the "
-        "resolution."
-    )
+    lines.append(_fragments_text(found[CONTACT]))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, 3.9), dpi=DPI, layout="constrained")
         left, right = figure.subplots(1, 2)
@@ -361,9 +358,24 @@ def draw_fragments(snapshot: Snapshot, case: Case, out: Out) -> None:
         else:
             for axes in (left, right):
                 axes.set(xticks=[], yticks=[])
-                axes.text(0.5, 0.5, "no cloud", ha="center", transform=axes.transAxes)
+                text = "all of it is broken" if found[CONTACT].broken else "no cloud"
+                axes.text(0.5, 0.5, text, ha="center", transform=axes.transAxes)
         right.legend(title="contact within … sizes", title_fontsize=8.0)
         save(figure, out)
+
+
+def _fragments_text(found: Fragments) -> str:
+    """Return what a fragment is, and how much is in none."""
+    if not found.broken:
+        return (
+            "A fragment is a ring of touching particles; their number depends on the "
+            "resolution."
+        )
+    share = 100.0 * found.broken / (found.mass.sum() + found.broken)
+    return (
+        "A fragment is a ring of touching sound particles; "
+        f"{share:.1f} % of the cloud is broken."
+    )
 
 
 def _draw_masses(axes: Axes, found: Fragments, case: Case) -> None:

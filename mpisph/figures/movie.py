@@ -6,26 +6,28 @@ import shutil
 import subprocess
 import textwrap
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import matplotlib as mpl
 from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from mpisph.case import Case, case_from_dict
 from mpisph.core.errors import InputError, MpisphError
-from mpisph.figures.style import STYLE, Out, body_colour, save
-from mpisph.figures.view import (
-    View,
-    body_dots,
-    common_view,
-    dot_size,
-    draw_surroundings,
+from mpisph.figures.dots import (
+    BAR_MARGIN,
+    BODIES,
+    Dots,
+    Shading,
+    draw_bars,
+    find_shadings,
     legend_entries,
-    set_limits,
 )
+from mpisph.figures.fields import BODY, Chosen, require_fields
+from mpisph.figures.style import STYLE, Out, save
+from mpisph.figures.view import View, common_view, draw_surroundings, set_limits
 from mpisph.io.files import replace_file
 from mpisph.io.snapshot import Snapshot, read_series, read_snapshot
 
@@ -80,7 +82,12 @@ _LETTER, _LINE = 0.08, 0.18
 _TIME_LETTERS = 13
 
 
-def animate(folder: Path, out: Path, fps: float | None = None) -> Path:
+def animate(
+    folder: Path,
+    out: Path,
+    fps: float | None = None,
+    chosen: Sequence[Chosen] = (BODY,),
+) -> Path:
     """Make a film of a run: every snapshot is a frame, all in one view.
 
     H.264 in an MP4 file that browsers play. The view holds the cloud at all times and
@@ -96,6 +103,8 @@ def animate(folder: Path, out: Path, fps: float | None = None) -> Path:
     fps : float, optional
         Frames a second; by default so many that the film takes `DURATION`, within
         `SLOWEST` and `FASTEST`.
+    chosen : sequence of Chosen, optional
+        What the colours show: one field, or those above and below the axis.
 
     Returns
     -------
@@ -105,8 +114,8 @@ def animate(folder: Path, out: Path, fps: float | None = None) -> Path:
     Raises
     ------
     MpisphError
-        If there is no ffmpeg, if the run has fewer than two snapshots, or if the film
-        cannot be encoded.
+        If there is no ffmpeg, if the run has fewer than two snapshots, if these lack a
+        field, or if the film cannot be encoded.
     OSError
         If a snapshot cannot be read or the film cannot be written.
     """
@@ -117,11 +126,16 @@ def animate(folder: Path, out: Path, fps: float | None = None) -> Path:
             f"{folder}: {len(paths)} snapshots, a film needs two or more; is it a "
             f"run's folder? {_MORE}"
         )
-    case = case_from_dict(tomllib.loads(read_snapshot(paths[0]).case))
+    first = read_snapshot(paths[0])
+    require_fields(chosen, first.arrays, folder)
+    case = case_from_dict(tomllib.loads(first.case))
+    view = common_view(paths, case, exposures=False, headroom=1.12)
+    shadings = find_shadings(chosen, map(read_snapshot, paths), view)
+    frame = Frame(case, view, FILM, shadings)
     out.parent.mkdir(parents=True, exist_ok=True)
     part = out.with_name(f"{out.name}.{os.uname().nodename}-{os.getpid()}.part")
     try:
-        _encode(paths, case, part, program, fps or default_rate(len(paths)))
+        _encode(paths, frame, part, program, fps or default_rate(len(paths)))
         replace_file(part, out)
     finally:
         part.unlink(missing_ok=True)
@@ -155,10 +169,10 @@ def find_ffmpeg() -> str:
         return found
 
 
-def _encode(paths: list[Path], case: Case, out: Path, program: str, fps: float) -> None:
+def _encode(
+    paths: list[Path], frame: "Frame", out: Path, program: str, fps: float
+) -> None:
     """Write the film to `out`."""
-    view = common_view(paths, case, exposures=False, headroom=1.12)
-    frame = Frame(case, view, FILM)
     # The format by name, for the file's own does not end with it; its table goes to the
     # front, so that a browser can start before it has all.
     options = ["-crf", "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]
@@ -184,6 +198,8 @@ class Frame:
     view : View
         Widened where the frame would be too narrow.
     layout : FrameLayout
+    shadings : sequence of Shading, optional
+        What the colours show, see `Dots`.
 
     Attributes
     ----------
@@ -191,17 +207,29 @@ class Frame:
         Width and height are even numbers of pixels, as films need.
     """
 
-    def __init__(self, case: Case, view: View, layout: FrameLayout) -> None:
+    def __init__(
+        self,
+        case: Case,
+        view: View,
+        layout: FrameLayout,
+        shadings: Sequence[Shading] = BODIES,
+    ) -> None:
         self._case = case
+        if any(x.has_bar for x in shadings):
+            left, _, bottom, top = layout.margins
+            layout = layout._replace(margins=(left, BAR_MARGIN, bottom, top))
         self._layout = layout
         self._title = _title_lines(case, view, layout)
         # The legend stands below the label of the axis.
-        below = math.ceil(legend_entries(case) / _COLUMNS) if layout.lettered else 0
+        entries = legend_entries(case, shadings)
+        below = math.ceil(entries / _COLUMNS) if layout.lettered else 0
         self.view, self.figure, box = _fit(view, layout, len(self._title), below)
         with mpl.rc_context(STYLE):
             self._axes = self.figure.add_axes(box)
-            self._dots = [self._body(k) for k in range(len(case.bodies))]
             self._set_axes()
+            self._dots = Dots(self._axes, case, self.view, shadings)
+            draw_surroundings(self._axes, case)
+            draw_bars(self._axes, shadings)
             if layout.lettered:
                 self._letter()
 
@@ -213,11 +241,7 @@ class Frame:
         snapshot : Snapshot
             Of the frame's case.
         """
-        places = body_dots(snapshot, self._case, self.view)
-        size = dot_size(self._axes, snapshot, self._case)
-        for dots, (z, r) in zip(self._dots, places, strict=True):
-            dots.set_data(z, r)
-            dots.set_markersize(size)
+        self._dots.show(snapshot)
         if self._layout.lettered:
             self._axes.set_title(f"t = {snapshot.time * 1e6:.2f} µs", loc="right")
 
@@ -225,29 +249,17 @@ class Frame:
         """Write the frame as a picture; see `style.save`."""
         save(self.figure, out)
 
-    def _body(self, index: int) -> Line2D:
-        """Return the dots of a body, none so far."""
-        colour = body_colour(index)
-        (dots,) = self._axes.plot([], [], "o", markeredgewidth=0.0, color=colour)
-        return dots
-
     def _set_axes(self) -> None:
         axes = self._axes
         set_limits(axes, self.view)
         axes.locator_params(nbins=8 if self._layout.lettered else 3)
-        if not self._layout.lettered:
-            draw_surroundings(axes, self._case)
 
     def _letter(self) -> None:
-        """Name the case, the axes and the bodies."""
+        """Name the case, the axes and what the legend explains."""
         axes = self._axes
         axes.set_title("\n".join(self._title), loc="left", parse_math=False)
         axes.set_xlabel("axial position z [mm]", loc="left")
         axes.set_ylabel("radius r [mm]")
-        for index, body in enumerate(self._case.bodies):
-            colour = body_colour(index)
-            axes.plot([], [], "o", markersize=6.0, color=colour, label=body.name)
-        draw_surroundings(axes, self._case)
         handles, names = axes.get_legend_handles_labels()
         self.figure.legend(
             handles,

@@ -1,6 +1,5 @@
-"""What a figure of particles shows: its limits, and the dots of every body."""
+"""What a figure of particles shows: its limits, and what surrounds the particles."""
 
-import math
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,11 +24,8 @@ from mpisph.diagnostics.cloud import (
     place_of,
     target_plate,
 )
-from mpisph.figures.style import BEHIND_PLANE, REAR_FACE, WIDTH, body_colour
+from mpisph.figures.style import BEHIND_PLANE, REAR_FACE
 from mpisph.io.snapshot import Snapshot, read_snapshot
-
-_MOST_POINTS = 400_000
-# More points than this in a figure of 1400 pixels only cover each other.
 
 _STRAY = 0.002
 # Fraction of what moves that may fall outside of the limits at each end.
@@ -208,11 +204,6 @@ def set_limits(axes: Axes, view: View) -> None:
     axes.axhline(0.0, color="0.6", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)), zorder=1)
 
 
-def legend_entries(case: Case) -> int:
-    """Return how many entries the legend has: bodies, rear faces and planes."""
-    return len(case.bodies) + 1 + case.boundary.exists
-
-
 def draw_surroundings(axes: Axes, case: Case) -> None:
     """Draw in original rear faces of plates, and what lies behind rigid planes.
 
@@ -249,70 +240,6 @@ def _draw_planes(axes: Axes, case: Case) -> None:
         if ends[0] < ends[1]:
             axes.axvspan(*ends, zorder=1, label=label, **BEHIND_PLANE)
             label = "_" + label
-
-
-def draw_particles(axes: Axes, snapshot: Snapshot, case: Case, view: View) -> None:
-    """Draw every body's particles as dots of the size of the spacing.
-
-    Parameters
-    ----------
-    axes : Axes
-        With the limits of the view; its legend gets an entry for each body.
-    snapshot : Snapshot
-    case : Case
-    view : View
-        What is outside of it is not drawn.
-    """
-    size = dot_size(axes, snapshot, case)
-    dots = body_dots(snapshot, case, view)
-    for index, (body, (z, r)) in enumerate(zip(case.bodies, dots, strict=True)):
-        colour = body_colour(index)
-        axes.plot(
-            z,
-            r,
-            linestyle="none",
-            marker="o",
-            markersize=size,
-            markeredgewidth=0.0,
-            color=colour,
-            rasterized=True,
-            zorder=2,
-        )
-        axes.plot([], [], "o", markersize=6.0, color=colour, label=body.name)
-
-
-def body_dots(
-    snapshot: Snapshot, case: Case, view: View
-) -> list[tuple[FloatArray, FloatArray]]:
-    """Return z and r [mm] of the dots of each body, mirrored about the axis.
-
-    They are the particles within the view; of very many every so-manieth.
-    """
-    a = snapshot.arrays
-    z, r = a["z"] * 1e3, a["r"] * 1e3
-    drawn = view.shows(z, r) & (a["id"] % _particles_a_dot(snapshot) == 0)
-    mine = [drawn & (a["body"] == index) for index in range(len(case.bodies))]
-    return [(np.tile(z[m], 2), np.concatenate([r[m], -r[m]])) for m in mine]
-
-
-def _particles_a_dot(snapshot: Snapshot) -> int:
-    return 1 + len(snapshot.arrays["z"]) // _MOST_POINTS
-
-
-def dot_size(axes: Axes, snapshot: Snapshot, case: Case) -> float:
-    """Return the diameter of a dot [pt], which covers the area of its particles.
-
-    It has a least value, at which few dots do not fade and many do not merge.
-    """
-    figure = axes.get_figure(root=True)
-    assert figure is not None, "axes that are drawn in"
-    inches = float(figure.get_figwidth())
-    low, high = axes.get_xlim()
-    points_per_mm = axes.get_position().width * inches * 72.0 / (high - low)
-    side = case.spacing * 1e3 * math.sqrt(_particles_a_dot(snapshot))
-    n = max(len(snapshot.arrays["z"]), 1)
-    smallest = min(max(120.0 / math.sqrt(n), 0.5), 1.8) * math.sqrt(inches / WIDTH)
-    return max(side * points_per_mm, smallest)
 
 
 def exposure_at(case: Case, time: float) -> Exposure | None:

@@ -23,6 +23,14 @@ class Finding(NamedTuple):
     suggestion: str | None = None
 
 
+BOUNDS = {
+    "greater_than": ("gt", "more than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "at most"),
+}
+"""Of pydantic's errors: the key of the bound, and what is expected of a number."""
+
 BEYOND_64_BITS = "a whole number beyond the 64 bits of TOML"
 _LONGEST_VALUE = 60
 _LONGEST_KEY = 200
@@ -162,11 +170,18 @@ def model_problems(error: ValidationError, origins: Origins) -> list[Problem]:
     for detail in error.errors():
         key = detail["loc"]
         file, line = origins.place(key)
+        kind, context = detail["type"], detail.get("ctx", {})
         expected = {
             "missing": "required",
             "extra_forbidden": "unknown key",
             "string_pattern_mismatch": IDENTIFIER_RULE,
-        }.get(detail["type"], detail["msg"].removeprefix("Value error, "))
+        }.get(kind, detail["msg"].removeprefix("Value error, "))
+        if kind in BOUNDS:
+            bound, words = BOUNDS[kind]
+            expected = f"expected {words} {context[bound]:g}"
+        elif kind == "literal_error":
+            expected = f"expected {context['expected']}"
+        value = None if kind == "missing" else _value_text(detail["input"], ())
         name = ".".join(map(str, key))
-        problems.append(Problem(expected, file=file, line=line, key=name))
+        problems.append(Problem(expected, file=file, line=line, key=name, value=value))
     return sorted(problems, key=lambda problem: problem.line or 0)

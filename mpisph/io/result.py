@@ -18,6 +18,7 @@ from mpisph.diagnostics.cloud import (
     compare,
     next_body,
 )
+from mpisph.diagnostics.condition import Condition
 from mpisph.io.files import read_text, write_text
 
 RESULT_FILE = "result.json"
@@ -97,6 +98,40 @@ class Comparison(_Model):
     """Computed over measured L_b, less 100 %."""
 
 
+class BodyRecord(_Model):
+    """The matter of a body at the end; None where its material has no such model."""
+
+    name: str
+    """Of the body."""
+    mass: float
+    """[kg]."""
+    molten: float | None
+    """Share of the mass that is molten at the end."""
+    broken: float | None
+    """Share of the mass that is broken at the end: of damage 1."""
+
+
+def body_records(case: Case, conditions: Sequence[Condition]) -> tuple[BodyRecord, ...]:
+    """Return the records of all bodies, in order; none where none can melt or break.
+
+    Parameters
+    ----------
+    case : Case
+    conditions : sequence of Condition
+        One for each body.
+    """
+    records = []
+    for body, found in zip(case.bodies, conditions, strict=True):
+        fields = case.body_models(body).fields
+        molten = found.molten if "melt" in fields else None
+        broken = found.broken if "damage" in fields else None
+        records.append(
+            BodyRecord(name=body.name, mass=found.mass, molten=molten, broken=broken)
+        )
+    known = any(x.molten is not None or x.broken is not None for x in records)
+    return tuple(records) if known else ()
+
+
 class Conservation(_Model):
     """Changes of what should be conserved, relative to initial values."""
 
@@ -156,6 +191,8 @@ class Result(_Model):
     """Lowest specific internal energy of a particle during the run [J/kg]."""
     comparisons: tuple[Comparison, ...]
     """Every exposure, at the nominal and at the offset time."""
+    bodies: tuple[BodyRecord, ...] = ()
+    """Every body at the end, where models say what melts or breaks."""
     conservation: Conservation
     """Conservation errors."""
     timing: Timing
@@ -318,6 +355,35 @@ def comparison_table(result: Result) -> Table:
             *_cells(c.measured_length, c.length, c.length_error_percent, missing),
         )
     return table
+
+
+def bodies_table(result: Result) -> Table:
+    """Return how much of each body is molten and broken, for the end of a run.
+
+    Parameters
+    ----------
+    result : Result
+
+    Returns
+    -------
+    rich.table.Table
+        One row per body. It has none where no model says what melts or breaks.
+    """
+    table = Table(title="Matter at the end")
+    table.add_column("body")
+    for name in ("mass in g", "molten", "broken"):
+        table.add_column(name, justify="right")
+    for body in result.bodies:
+        shares = (share_text(x, "-") for x in (body.molten, body.broken))
+        table.add_row(body.name, f"{1e3 * body.mass:.4g}", *shares)
+    return table
+
+
+def share_text(share: float | None, unknown: str) -> str:
+    """Return a share in %, or what stands for one that is not known."""
+    if share is None or math.isnan(share):
+        return unknown
+    return f"{100.0 * share:.1f} %"
 
 
 def _cells(

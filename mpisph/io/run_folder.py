@@ -244,7 +244,7 @@ def remove_run(folder: Path) -> None:
     remove_checkpoints(folder)
     stale = [
         *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*"),
-        *(folder / "figures").glob("cloud_*.png"),
+        *(folder / "figures").glob("*_[0-9]*us.png"),
         folder / SERIES_FILE,
         folder / RESULT_FILE,
         folder / BODIES_FILE,

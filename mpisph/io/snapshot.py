@@ -9,7 +9,7 @@ resolved case.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -37,6 +37,9 @@ from mpisph.parallel.collectives import on_root
 SNAPSHOTS_FOLDER = "snapshots"
 SERIES_FILE = "snapshots.vtkhdf.series"
 
+SAVED = frozenset(field.name for field in FIELDS if field.saved)
+"""All fields that a snapshot can carry, besides the position."""
+
 
 class Snapshot(NamedTuple):
     """What a snapshot holds.
@@ -50,7 +53,8 @@ class Snapshot(NamedTuple):
         The resolved case as TOML, empty where none was given.
     arrays : dict of str to ndarray
         The saved fields by their names on `Particles`, each of shape ``(n,)``,
-        in id order; ``r`` and ``z`` exact.
+        in id order; ``r`` and ``z`` exact. Those of models are there where a body uses
+        one, see `Case.saved_fields`.
     metadata : dict of str to str
         All that was given as such: the case, versions, revision.
     """
@@ -68,6 +72,7 @@ class _Header(NamedTuple):
     time: float
     step: int
     metadata: Mapping[str, str]
+    point_data: Sequence[Column]
 
 
 def write_snapshot(
@@ -80,6 +85,7 @@ def write_snapshot(
     step: int,
     metadata: Mapping[str, str],
     n_total: int,
+    fields: Collection[str] = SAVED,
     writer: Writer = "auto",
 ) -> Path:
     """Write the particles of all ranks to ``snapshots/snapshot_<index>.vtkhdf``.
@@ -106,6 +112,9 @@ def write_snapshot(
         are written.
     n_total : int
         Ids run from 0 to ``n_total - 1``.
+    fields : collection of str, optional
+        Which of `SAVED` to write besides position and velocity; all snapshots of a run
+        have the same.
     writer : {"auto", "parallel", "gather"}, optional
         See `write_particle_file`.
 
@@ -123,8 +132,10 @@ def write_snapshot(
         ``parallel`` and h5py was built without MPI.
     """
     path = snapshot_path(folder, index)
-    header = _Header(time, step, metadata)
-    layout = FileLayout("snapshot", "VTKHDF", _COLUMNS, partial(_write_rest, header))
+    point_data = _point_data(fields)
+    header = _Header(time, step, metadata, point_data)
+    columns = (_POINTS, *point_data, *_VERTICES)
+    layout = FileLayout("snapshot", "VTKHDF", columns, partial(_write_rest, header))
     write_particle_file(comm, path, particles, n_total, layout, writer=writer)
     on_root(comm, lambda: _update_series(folder, path, time))
     return path
@@ -197,7 +208,9 @@ def snapshot_time(path: Path) -> float:
     with h5py.File(path, "r") as file:
         try:
             group = file["VTKHDF"]
-            rows = {group[c.name].shape[0] - c.closed for c in _COLUMNS}
+            rows = {group[c.name].shape[0] - c.closed for c in (_POINTS, *_VERTICES)}
+            names = group["Steps/PointDataOffsets"]
+            rows |= {group["PointData"][name].shape[0] for name in names}
             time = float(file["mpisph"].attrs["time"])
         except (
             KeyError, TypeError, AttributeError, IndexError, RuntimeError
@@ -271,7 +284,7 @@ def _write_rest(header: _Header, file: h5py.File, n: int) -> None:
     vtk.attrs.create("Type", b"PolyData", dtype="S8")
     vtk["NumberOfPoints"] = np.array([n], np.int64)
     _create_cells(vtk, n)
-    _create_steps(vtk, header.time)
+    _create_steps(vtk, header)
     own = file.create_group("mpisph")
     own.attrs["time"] = header.time
     own.attrs["step"] = header.step
@@ -295,17 +308,17 @@ def _create_cells(vtk: h5py.Group, n: int) -> None:
             group.create_dataset("Connectivity", (0,), np.int64)
 
 
-def _create_steps(vtk: h5py.Group, time: float) -> None:
-    """Describe the one time step of the file."""
+def _create_steps(vtk: h5py.Group, header: _Header) -> None:
+    """Describe the one time step of the file, and which point data it has."""
     steps = vtk.create_group("Steps")
     steps.attrs["NSteps"] = np.int64(1)
-    steps["Values"] = np.array([time])
+    steps["Values"] = np.array([header.time])
     steps["NumberOfParts"] = np.array([1], np.int64)
     steps["PartOffsets"] = np.zeros(1, np.int64)
     steps["PointOffsets"] = np.zeros(1, np.int64)
     steps["CellOffsets"] = np.zeros((1, 4), np.int64)
     steps["ConnectivityIdOffsets"] = np.zeros((1, 4), np.int64)
-    for column in _POINT_DATA:
+    for column in header.point_data:
         steps[f"PointDataOffsets/{_base_name(column)}"] = np.zeros(1, np.int64)
 
 
@@ -318,35 +331,35 @@ def _as_points(first: npt.NDArray[Any], second: npt.NDArray[Any]) -> npt.NDArray
     return np.column_stack([first, second, np.zeros_like(first)])
 
 
-_POINT_DATA = (
-    *(
-        field_column(field)._replace(name=f"PointData/{field.name}")
-        for field in FIELDS
-        if field.name in {"r", "z"}
-        or (field.saved and field.name not in {"u_r", "u_z"})
-    ),
-    Column(
-        "PointData/u",
-        "f8",
-        3,
-        "u",
-        "m/s",
-        "velocity (u_z, u_r, 0)",
-        lambda block: _as_points(block.particles.u_z, block.particles.u_r),
-    ),
+def _point_data(fields: Collection[str]) -> tuple[Column, ...]:
+    """Return the columns of the position, of fields, and of the velocity."""
+    alone = {"r", "z", *fields} - {"u_r", "u_z"}
+    scalars = (field_column(field) for field in FIELDS if field.name in alone)
+    named = (column._replace(name=f"PointData/{column.name}") for column in scalars)
+    return (*named, _VELOCITY)
+
+
+_VELOCITY = Column(
+    "PointData/u",
+    "f8",
+    3,
+    "u",
+    "m/s",
+    "velocity (u_z, u_r, 0)",
+    lambda block: _as_points(block.particles.u_z, block.particles.u_r),
 )
 
-_COLUMNS = (
-    Column(
-        "Points",
-        "f4",
-        3,
-        "(z, r, 0)",
-        "m",
-        "position, rounded for display",
-        lambda block: _as_points(block.particles.z, block.particles.r),
-    ),
-    *_POINT_DATA,
+_POINTS = Column(
+    "Points",
+    "f4",
+    3,
+    "(z, r, 0)",
+    "m",
+    "position, rounded for display",
+    lambda block: _as_points(block.particles.z, block.particles.r),
+)
+
+_VERTICES = (
     Column(
         "Vertices/Connectivity",
         "i8",

@@ -14,6 +14,9 @@ from mpisph.core.jit import EXACT
 CRACK_SPEED = 0.4
 """Speed of a crack over that of longitudinal waves."""
 
+BAND = (2.0 - math.sqrt(0.5)) * math.sqrt(math.pi)
+"""Width of the band that an open crack stretches, in smoothing lengths (R16)."""
+
 
 @njit(**EXACT)
 def crack_growth(c, G, rho, size, dt):

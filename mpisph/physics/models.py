@@ -46,12 +46,16 @@ class Model(NamedTuple):
         The model of its constants; None for a model without any.
     equations : mapping of str to callable
         Its jitted functions; which there are is up to the folder.
+    fields : tuple of str, optional
+        Particle fields that mean something with such a model alone. Snapshots carry
+        them where a material uses one that names them.
     """
 
     name: str
     label: str
     constants: type[Sourced] | None
     equations: Mapping[str, Equation]
+    fields: tuple[str, ...] = ()
 
     @property
     def attribute(self) -> str:

@@ -14,7 +14,7 @@ from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics import ductile, eos, failure, porosity, strength, thermal
 from mpisph.physics.cracks import crack_growth, ring_size
-from mpisph.physics.ductile import used_up
+from mpisph.physics.ductile import torn, used_up
 from mpisph.physics.eos import pressure
 from mpisph.physics.failure import damage_growth, limit_tension
 from mpisph.physics.isentrope import ISENTROPE, fill_isentrope
@@ -37,6 +37,11 @@ KINDS: Mapping[str, Mapping[str, Model]] = {
     "ductile": ductile.MODELS,
 }
 """All models, by kind and name."""
+
+MODEL_FIELDS = frozenset(
+    field for models in KINDS.values() for m in models.values() for field in m.fields
+)
+"""Particle fields that mean something with some models alone."""
 
 MOST_ITERATIONS = 60
 ROUNDING = 1e-14
@@ -62,6 +67,12 @@ class MaterialModels(NamedTuple):
     rho0: float
     names: Mapping[str, str]
     constants: Mapping[str, Sourced]
+
+    @property
+    def fields(self) -> frozenset[str]:
+        """Those of `MODEL_FIELDS` that its models give."""
+        chosen = (KINDS[kind][name] for kind, name in self.names.items())
+        return frozenset(field for model in chosen for field in model.fields)
 
     @property
     def bulk_sound_speed(self) -> float:
@@ -198,7 +209,7 @@ def respond(x, table, sound_speed_floor, dt):
         solid = 1.0 - x.melt[k]
         sound *= solid
         stress = equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
-        factor, increment = 1.0, 0.0
+        factor, increment, work = 1.0, 0.0, 0.0
         if sound > 0.0:
             # Most matter does not yield; to know it costs less than the call.
             if stress / sound > flow_stress(x, k, mat, 0.0, dt)[0]:
@@ -207,7 +218,9 @@ def respond(x, table, sound_speed_floor, dt):
             factor = 0.0
         x.plastic[k] = 1.0 if factor < 1.0 else 0.0
         x.plastic_strain[k] += increment
-        x.plastic_work[k] += factor * stress * increment / x.rho[k]
+        if increment > 0.0:
+            work = factor * stress / sound * increment
+            x.plastic_work[k] += sound * work / x.rho[k]
         x.S_rr[k] *= factor
         x.S_zz[k] *= factor
         x.S_rz[k] *= factor
@@ -220,6 +233,7 @@ def respond(x, table, sound_speed_floor, dt):
         if x.ductile_damage[k] >= 1.0:
             size = ring_size(x.m[k], x.r[k], x.rho[k])
             crack = crack_growth(x.c[k], x.G[k], x.rho[k], size, dt)
-            growth = max(growth, crack)
+            tear = torn(x, k, mat, size * work)
+            growth = max(growth, min(crack, tear))
         x.damage[k] = min(x.damage[k] + growth, 1.0)
         x.G[k] *= sound

@@ -70,9 +70,9 @@ ANALYSES: tuple[AnalysisFigure, ...] = (
     AnalysisFigure(
         "Fragments",
         "Mass against axial velocity, and the number of fragments at least as heavy. A "
-        "fragment is a ring of touching particles, and nothing in the scheme breaks: "
-        "their number depends on the resolution and on the distance that counts as "
-        "touching.",
+        "fragment is a ring of touching particles, without those that a model has "
+        "broken. Their number depends on the resolution, and without such a model on "
+        "the distance that counts as touching.",
         draw_fragments,
     ),
 )
@@ -131,7 +131,7 @@ def fragments_table(snapshot: Snapshot, case: Case) -> Table:
     """
     found = find_fragments(snapshot.arrays, cloud_definition(case))
     names = [case.bodies[k].name for k in found.body_mass.argmax(axis=1)[:HEAVIEST]]
-    whole = found.mass.sum()
+    whole = found.mass.sum() + found.broken
     rows: list[tuple[str, ...]] = [
         (
             name,
@@ -145,11 +145,14 @@ def fragments_table(snapshot: Snapshot, case: Case) -> Table:
         )
         for index, name in enumerate(names)
     ]
+    if found.broken:
+        share = f"{100 * found.broken / whole:.1f}"
+        rows.append(("broken, in none", _mg(found.broken), share, *[NONE] * 5))
     heads = (
         "mostly", "mass [mg]", "share [%]", "particles", "u_z [km/s]", "u_r [km/s]",
         "z [mm]", "r [mm]",
     )  # fmt: skip
-    title = f"The heaviest fragments, of {len(found.mass)}"
+    title = f"The heaviest fragments, of {len(found.mass)}" if names else "Fragments"
     caption = "Share: of the cloud's mass. Positions and velocities are means by mass."
     return Table(title, heads, list(rows), caption, numbers=True)
 

@@ -14,10 +14,12 @@ from mpisph.case.sections import Exposure
 from mpisph.case.times import same_time
 from mpisph.core.words import counted, grouped
 from mpisph.figures.cloud import draw_cloud
+from mpisph.figures.dots import find_shadings
+from mpisph.figures.fields import condition_fields
 from mpisph.figures.history import RunHistory, draw_history, history_figures
 from mpisph.figures.movie import PANEL, Frame
 from mpisph.figures.style import body_colour
-from mpisph.figures.view import View, common_view, only_finite
+from mpisph.figures.view import View, choose_view, common_view, only_finite
 from mpisph.io.files import write_text
 from mpisph.io.snapshot import read_snapshot
 from mpisph.io.stored_run import StoredRun, read_run
@@ -27,6 +29,7 @@ from mpisph.report.run_tables import (
     bodies_table,
     cloud_table,
     comparison_table,
+    condition_table,
     conservation_table,
     materials_table,
     program_text,
@@ -94,6 +97,10 @@ class RunView(NamedTuple):
         Materials, resolution and scheme.
     cloud : Table or None
         R_b and L_b; None without measurements.
+    condition : Table
+        What is molten and broken at the end, as far as models say it.
+    condition_figures : list of Figure
+        Damage and temperature at the end, likewise.
     pictures_title : str
     pictures : list of list of Figure
         Rows of large pictures: an exposure at its nominal time and with the offset.
@@ -125,6 +132,8 @@ class RunView(NamedTuple):
     bodies: Table
     setup: list[Table]
     cloud: Table | None
+    condition: Table
+    condition_figures: list[Figure]
     pictures_title: str
     pictures: list[list[Figure]]
     panels: list[Figure]
@@ -237,6 +246,8 @@ def _run_view(run: StoredRun, place: str) -> RunView:
         bodies=bodies_table(run.case),
         setup=[setup_table(run), materials_table(run.case)],
         cloud=cloud_table(run) if run.comparisons else None,
+        condition=condition_table(run),
+        condition_figures=_condition_figures(run),
         pictures_title=_EXPOSED if exposed else "Particles",
         pictures=_pictures(run.case, shown, view),
         panels=panels,
@@ -307,6 +318,21 @@ def _pictures(case: Case, shown: list[_Shown], view: View | None) -> list[list[F
         else:
             rows.append([figure])
     return rows
+
+
+def _condition_figures(run: StoredRun) -> list[Figure]:
+    """Return a picture of damage and temperature at the end, where models give them."""
+    chosen = condition_fields(run.case)
+    if not chosen or not run.snapshots:
+        return []
+    path, time = run.snapshots[-1]
+    snapshot = only_finite(read_snapshot(path))
+    view = choose_view(snapshot, run.case, None)
+    shadings = find_shadings(chosen, [snapshot], view)
+    draw = partial(draw_cloud, path, run.case, view=view, shadings=shadings)
+    what = " and ".join(each.field.label for each in chosen).capitalize()
+    when = f"{us(time)} {time_origin(run.case.bodies, run.case.boundary)}"
+    return [Figure(f"{what}, {when}", embed(draw))]
 
 
 def _small(run: StoredRun, large: set[Path]) -> list[tuple[Path, float]]:

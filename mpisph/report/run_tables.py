@@ -10,7 +10,7 @@ from mpisph.case.sections import Exposure, TimeStepping
 from mpisph.case.shapes.shape import millimetres
 from mpisph.core.words import counted, grouped
 from mpisph.diagnostics.cloud import CloudFigure
-from mpisph.io.result import Comparison, Result
+from mpisph.io.result import Comparison, Result, share_text
 from mpisph.io.stored_run import StoredRun
 from mpisph.physics.models import described
 from mpisph.physics.response import KINDS, MaterialModels
@@ -249,6 +249,28 @@ def _when(comparison: Comparison) -> str:
     return f"{nominal} {shift:+.2f} µs, offset".replace("+", "+ ").replace(
         "-", "\u2212 "
     )
+
+
+def condition_table(run: StoredRun) -> Table:
+    """Return how much of each body is molten and broken at the end.
+
+    Without rows of a run that has not ended, and where no model says such.
+    """
+    rows: list[Row] = [
+        (
+            body.name,
+            f"{1e3 * body.mass:.4g}",
+            share_text(body.molten, NONE),
+            share_text(body.broken, NONE),
+        )
+        for body in (run.result.bodies if run.result else ())
+    ]
+    caption = (
+        "At the end, in shares of the body's mass. Broken: its damage is 1, it bears "
+        "neither tension nor shear. A dash: the material has no such model."
+    )
+    heads = ("body", "mass [g]", "molten", "broken")
+    return Table("", heads, rows, caption, numbers=True)
 
 
 def _momentum(error: float | None) -> list[Row]:

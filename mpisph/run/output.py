@@ -7,6 +7,7 @@ from mpi4py import MPI
 
 from mpisph.core.errors import UnstableError
 from mpisph.diagnostics.cloud import measure_cloud, next_body
+from mpisph.diagnostics.condition import measure_condition
 from mpisph.diagnostics.conservation import ConservationErrors, conservation_errors
 from mpisph.io.checkpoint import PARTICLE_BYTES, write_checkpoint
 from mpisph.io.history import History, Row
@@ -17,6 +18,7 @@ from mpisph.io.result import (
     Ending,
     Result,
     Timing,
+    body_records,
     make_comparisons,
 )
 from mpisph.io.run_log import RunLog
@@ -147,6 +149,7 @@ class RunOutput:
                 step=sim.step,
                 metadata=self.metadata,
                 n_total=sim.n_total,
+                fields=sim.case.saved_fields,
             )
             record = from_root(sim.comm, lambda: SnapshotRecord.of(path, sim.time))
             self.snapshots.append(record)
@@ -228,6 +231,9 @@ class RunOutput:
         wall = sim.comm.allreduce(self.wall, MPI.MAX)
         interactions = self._all_interactions(sim)
         timers = self._longest_timers(sim)
+        conditions = measure_condition(
+            sim.comm, sim.particles, len(sim.case.bodies), sim.scales.mass
+        )
         stepping = wall - timers.get("output", 0.0)
         rank_stepping = self._rank_seconds(sim.comm.size, wall) * stepping / wall
         return Result(
@@ -243,6 +249,7 @@ class RunOutput:
             cloud_arrival=self.cloud_arrival,
             lowest_energy=self.lowest_energy,
             comparisons=make_comparisons(sim.case, self.clouds),
+            bodies=body_records(sim.case, conditions),
             conservation=Conservation(
                 mass_error=self.errors.mass,
                 momentum_z_error=(

@@ -15,6 +15,14 @@ from mpisph.case import Case, case_from_dict
 
 FloatArray = npt.NDArray[np.float64]
 
+PERFECT = {
+    "thermal": "none",
+    "strength": "elastic-plastic",
+    "failure": "minimum-pressure",
+    "ductile": "none",
+}
+"""Models of the scheme that exact solutions are for; no card's go before them."""
+
 
 class Layers(NamedTuple):
     """Layers of a body at one time, the lowest first.
@@ -66,7 +74,7 @@ def plates(
     materials : mapping, optional
         Their tables, where they are no cards.
     **scheme
-        Settings other than the defaults.
+        Settings other than the defaults and `PERFECT`.
     """
     thickness = layers * spacing
     plate = {"shape": "plate", "thickness": thickness, "radius": radius}
@@ -85,7 +93,7 @@ def plates(
             ],
             "resolution": {"spacing": spacing, "nph": 1.5},
             "materials": materials or {},
-            "scheme": scheme,
+            "scheme": {**PERFECT, **scheme},
             "time": {"end": end},
             "output": {"times": [0.5 * end, end], "figures": False},
         }

@@ -169,3 +169,29 @@ def test_one_large_particle_does_not_make_all_pairs():
     sizes = np.full(n, 1e-4)
     sizes[17] = 5.0
     assert find_fragments(arrays, DEFINITION, 1.5, sizes).particles.tolist() == [n]
+
+
+def test_what_is_broken_is_in_no_fragment_and_links_none():
+    """A strip of which the middle is broken: two pieces, and what is damaged a bit."""
+    r, z = block(1, 9, 8e-3, 1e-3)
+    damage = np.array([0.0, 0.5, 0.999, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    arrays = particles(r, z, damage=damage)
+    found = find_fragments(arrays, DEFINITION)
+    assert found.fragment_of.tolist() == [1, 1, 1, -1, -1, 0, 0, 0, 0]
+    assert found.broken == pytest.approx(arrays["m"][3:5].sum())
+    assert found.broken + found.mass.sum() == pytest.approx(arrays["m"].sum())
+    arrays["damage"][:] = 1.0
+    nothing = find_fragments(arrays, DEFINITION)
+    assert nothing.mass.size == 0
+    assert nothing.broken == pytest.approx(arrays["m"].sum())
+    # Elsewhere it does not count.
+    arrays["z"] -= 1.0
+    assert find_fragments(arrays, DEFINITION).broken == 0.0
+
+
+def test_without_damage_nothing_is_broken():
+    arrays = random_cloud()
+    plain = find_fragments(arrays, DEFINITION)
+    sound = find_fragments({**arrays, "damage": np.zeros(600)}, DEFINITION)
+    assert plain.broken == sound.broken == 0.0
+    assert plain.fragment_of.tolist() == sound.fragment_of.tolist()

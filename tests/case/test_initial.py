@@ -76,6 +76,8 @@ def test_particles_are_put_in_the_order_of_their_ids(case):
         ({"rho": [1.0, -1.0, 1.0]}, "rho: expected more than 0"),
         ({"h": [1.0, 0.0, 1.0]}, "h: expected more than 0"),
         ({"plastic_strain": [0.0, -1.0, 0.0]}, "plastic_strain: expected at least 0"),
+        ({"damage": [0.0, 1.5, -1.0]}, "damage: expected at least 0"),
+        ({"damage": [0.0, 1.5, 1.0]}, "damage: expected at most 1; found 1.5 in row 1"),
         ({"z": [0.0, 1e9, 0.0]}, "z: expected at most 2500 m"),
         (dict.fromkeys(("r", "z", "m", "body"), np.zeros(0, int)), "at least one"),
     ],

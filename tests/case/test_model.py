@@ -5,6 +5,7 @@ import pytest
 from pydantic import ValidationError
 
 from mpisph.case import Case, case_from_dict, case_schema
+from mpisph.core.particles import FIELDS
 
 
 def test_defaults_are_those_of_the_base_case(data):
@@ -14,7 +15,7 @@ def test_defaults_are_those_of_the_base_case(data):
     assert scheme.eos == "mie-grueneisen"
     assert scheme.strength == "elastic-plastic"
     viscosity = scheme.viscosity
-    assert (viscosity.alpha, viscosity.beta, viscosity.epsilon) == (2.5, 2.5, 0.001)
+    assert (viscosity.alpha, viscosity.beta, viscosity.epsilon) == (1.0, 2.0, 0.001)
     assert viscosity.form == "derived"
     assert (scheme.heat.enabled, scheme.heat.g1, scheme.heat.g2) == (True, 0.0, 1.0)
     assert (scheme.p_min.value, scheme.p_min.mode) == (0.0, "clamp")
@@ -25,7 +26,7 @@ def test_spacing_is_the_radius_of_the_first_sphere_over_npr(data):
     case = case_from_dict(data)
     assert case.resolution.reference == "ball"
     assert case.spacing == pytest.approx(5e-4)
-    assert case.smoothing_length == pytest.approx(1e-3)
+    assert case.smoothing_length == pytest.approx(7.5e-4)
 
 
 def test_spacing_follows_the_named_body(data):
@@ -117,6 +118,39 @@ def test_material_table_pairs_material_and_equation_of_state(data):
     assert case.material_indices == (0, 1, 0)
 
 
+@pytest.mark.parametrize(
+    ("scheme", "own", "changed"),
+    [
+        ({}, {}, {}),
+        ({"strength": "johnson-cook"}, {}, {"strength": "johnson-cook"}),
+        ({"ductile": "none"}, {}, {"ductile": "none"}),
+        ({"p_min": {"value": -1e9}}, {}, {"failure": "minimum-pressure"}),
+        ({"p_min": {}, "failure": "none"}, {}, {"failure": "none"}),
+        (
+            {"strength": "none"},
+            {"strength": "johnson-cook"},
+            {"strength": "johnson-cook"},
+        ),
+        ({}, {"failure": "none"}, {"failure": "none"}),
+    ],
+)
+def test_a_scheme_goes_before_a_card_and_a_material_of_the_case_before_both(
+    data, scheme, own, changed
+):
+    data["bodies"][0]["material"] = data["bodies"][1]["material"] = "al-6061-t6"
+    data |= {"scheme": scheme, "materials": {"al-6061-t6": own}}
+    card = {
+        "thermal": "heat-capacity",
+        "strength": "steinberg-guinan",
+        "failure": "spall",
+        "ductile": "johnson-cook-damage",
+    }
+    case = case_from_dict(data)
+    for each in (case, case_from_dict(tomllib.loads(case.to_toml()))):
+        names = each.body_models(each.bodies[1]).names
+        assert {kind: names[kind] for kind in card} == card | changed
+
+
 def test_materials_have_limits_and_models_of_their_own(data):
     """A copper rod on aluminium need not share one limit."""
     data["scheme"] = {"p_min": {"value": "-1 GPa"}}
@@ -138,6 +172,41 @@ def test_materials_have_limits_and_models_of_their_own(data):
     assert again == case
 
 
+MODEL_FIELDS = {"T", "melt", "damage", "ductile_damage", "distension"}
+
+
+@pytest.mark.parametrize(
+    ("models", "given"),
+    [
+        ({}, set()),
+        ({"thermal": "heat-capacity"}, {"T", "melt"}),
+        ({"failure": "spall"}, {"damage"}),
+        ({"failure": "grady-kipp"}, {"damage"}),
+        ({"thermal": "heat-capacity", "ductile": "johnson-cook-damage"},
+         {"T", "melt", "damage", "ductile_damage"}),
+        ({"porosity": "p-alpha"}, {"distension"}),
+    ],
+)  # fmt: skip
+def test_snapshots_carry_the_fields_of_the_models_in_use(data, models, given):
+    """Though it be in the material of one body alone."""
+    data["bodies"][0]["material"] = "al-6061-t6"
+    data["materials"] = {
+        "al-6061-t6": {
+            **models,
+            "grady-kipp": {"k": 1e30, "m": 8.0},
+            "p-alpha": {
+                "initial_distension": 1.5,
+                "elastic_pressure": 1e8,
+                "solid_pressure": 1e9,
+            },
+        }
+    }
+    saved = case_from_dict(data).saved_fields
+    assert saved & MODEL_FIELDS == given
+    always = {field.name for field in FIELDS if field.saved} - MODEL_FIELDS
+    assert saved - MODEL_FIELDS == always >= {"rho", "E", "P", "plastic_strain"}
+
+
 def test_toml_round_trip_is_exact_and_complete(data):
     data["scheme"] = {"p_min": {"value": "-inf"}, "heat": {"g1": 0.1}}
     data["output"] = {"every": "0.3 us"}
@@ -150,7 +219,7 @@ def test_toml_round_trip_is_exact_and_complete(data):
     again = case_from_dict(tomllib.loads(text))
     assert again == case
     assert again.to_toml() == text
-    assert tomllib.loads(text)["scheme"]["viscosity"]["alpha"] == 2.5
+    assert tomllib.loads(text)["scheme"]["viscosity"]["alpha"] == 1.0
     assert tomllib.loads(text)["bodies"][0]["radius"] == 0.005
 
 

@@ -14,6 +14,13 @@ def test_figures_are_drawn_again(tmp_path):
     done = call("figures", tmp_path)
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.split()) == len(list(tmp_path.glob("figures/*.png"))) == 3
+    options = ("--field", "speed", "--field", "h", "--range", "0", "7 km/s")
+    done = call("figures", tmp_path, *options)
+    assert done.returncode == 0, done.stderr
+    assert len(list(tmp_path.glob("figures/speed_h_*us.png"))) == 3
+    done = call("figures", tmp_path, "--field", "melt")
+    assert done.returncode == 2
+    assert "no melt: no material has a model that gives it" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -64,6 +64,8 @@ def test_init_writes_a_case_that_can_be_run(tmp_path):
     sphere, plate = case.bodies
     assert (sphere.radius, sphere.velocity) == (1.6e-3, 6700.0)
     assert sphere.position == -sphere.radius
+    assert (sphere.material, plate.material) == ("al-2017-t4", "al-6061-t6")
+    assert "al-2017-t4" in case.title
     assert (plate.thickness, plate.position) == (1e-3, 0.0)
     assert plate.thickness / case.spacing >= 4.0
     assert plate.radius >= 3.0 * 2.0 * sphere.radius
@@ -106,11 +108,12 @@ def test_with_a_wall_the_run_ends_after_the_arrival():
     assert float(end.removesuffix(" us")) * 1e-6 * 6.7e3 > 0.13
 
 
-def test_slow_impacts_keep_some_strength():
-    slow = Draft(3.2e-3, 1e-3, 2.5e3, "cu-ofhc", "cu-ofhc")
-    for velocity, limit in ((2.5e3, "-1.2 GPa"), (3e3, 0.0)):
-        text = draft_case(slow._replace(velocity=velocity))
-        assert tomllib.loads(text)["scheme"]["p_min"]["value"] == limit
+def test_the_materials_of_a_draft_choose_their_models():
+    draft = Draft(3.2e-3, 1e-3, 2.5e3, "cu-ofhc", "al-6061-t6")
+    case = case_from_dict(tomllib.loads(draft_case(draft)))
+    for body in case.bodies:
+        names = case.body_models(body).names
+        assert (names["failure"], names["thermal"]) == ("spall", "heat-capacity")
 
 
 def test_a_card_of_ones_own_counts_from_the_file(tmp_path):

@@ -22,9 +22,12 @@ from pydantic import BaseModel
 from mpisph.case import Case, case_from_dict
 from mpisph.case.bodies import Body
 from mpisph.case.discretise import discretise
+from mpisph.figures.fields import SHOWN_FIELDS
 from mpisph.inputs.quantities import si_value
 from mpisph.io.initial_file import write_initial
+from mpisph.io.snapshot import SAVED
 from mpisph.materials import Material, card_names
+from mpisph.physics.response import MODEL_FIELDS
 from mpisph.study.columns import quantities
 from mpisph.study.model import load_study
 
@@ -157,6 +160,19 @@ def test_the_cards_are_those_shipped():
     rows = table_rows(CASES_PAGE, "| cards | what they are |")
     listed = [name for row in rows for name in re.findall(r"`([\w-]+)`", row[0])]
     assert sorted(listed) == sorted(card_names())
+
+
+def test_the_fields_are_those_of_snapshots_and_of_pictures():
+    listed = {"always": set(), "with models": set()}
+    for names, _, where in table_rows(CASES_PAGE, "| field | is | where |"):
+        kind = where if where == "always" else "with models"
+        listed[kind] |= set(re.findall(r"`(\w+)`", names))
+    assert listed["with models"] == MODEL_FIELDS
+    saved = {"r", "z", "u", *SAVED} - {"u_r", "u_z"}
+    assert listed["always"] == saved - MODEL_FIELDS
+    shown = table_rows(CASES_PAGE, "| `--field` | shows | unit |")
+    names = [name for row in shown for name in re.findall(r"`([\w-]+)`", row[0])]
+    assert sorted(names) == sorted(SHOWN_FIELDS)
 
 
 def test_the_shapes_and_their_keys_are_those_of_a_case():

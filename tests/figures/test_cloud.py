@@ -12,6 +12,7 @@ from mpisph.case import load_case
 from mpisph.core.particles import Particles
 from mpisph.diagnostics.cloud import CloudMeasure
 from mpisph.figures.cloud import draw_cloud, draw_run
+from mpisph.figures.fields import choose_fields
 from mpisph.figures.style import BODY_COLOURS
 from mpisph.figures.view import exposure_at
 from mpisph.io.snapshot import write_snapshot
@@ -306,3 +307,35 @@ def test_a_title_is_drawn_as_it_stands(tmp_path, case, drawn, title):
 
 def test_letters_that_the_font_lacks_are_no_warning(tmp_path, case, drawn):
     draw(tmp_path, case.model_copy(update={"title": "\u597d"}), drawn)
+
+
+def test_fields_are_drawn_under_their_names_with_the_same_colours(
+    tmp_path, case, drawn
+):
+    for index, time in enumerate([3e-6, TIME]):
+        write(tmp_path, case, time, index, strays=index)
+    names = [path.name for path in draw_run(tmp_path, choose_fields(["speed"], []))]
+    assert names == ["speed_03.00us.png", "speed_06.00us.png"]
+    pair = choose_fields(["damage", "speed"], [])
+    names = [path.name for path in draw_run(tmp_path, pair)]
+    assert names == ["damage_speed_03.00us.png", "damage_speed_06.00us.png"]
+    bars = [figure.axes[1:] for figure in drawn]
+    assert list(map(len, bars)) == [1, 1, 2, 2]
+    assert len({bar[-1].get_ylim() for bar in bars}) == 1
+    # What the legend says of the sizes stands within the figure.
+    figure = drawn[-1]
+    right = [x.get_window_extent().x1 for x in figure.legends[0].get_texts()]
+    assert max(right) < figure.bbox.width
+    tight = figure.get_tightbbox()
+    assert tight.x1 <= figure.get_figwidth()
+    assert "above: damage; below: speed" in figure.axes[0].get_title(loc="left")
+
+
+def test_the_condition_of_the_matter_is_drawn_at_the_end(breaking, tmp_path, drawn):
+    for name in ("snapshots", "snapshots.vtkhdf.series"):
+        (tmp_path / name).symlink_to(breaking / name)
+    *clouds, last = draw_run(tmp_path)
+    assert all(path.name.startswith("cloud_") for path in clouds)
+    assert last.name == "damage_temperature_02.00us.png"
+    labels = [axes.get_ylabel() for axes in drawn[-1].axes[1:]]
+    assert labels == ["damage", "temperature [K]"]

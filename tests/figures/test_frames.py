@@ -10,6 +10,8 @@ from mpi4py import MPI
 
 from mpisph.case import load_case
 from mpisph.core.particles import Particles
+from mpisph.figures.dots import find_shadings
+from mpisph.figures.fields import choose_fields
 from mpisph.figures.movie import FILM, PANEL, Frame
 from mpisph.figures.style import BODY_COLOURS
 from mpisph.figures.view import View, common_view, only_finite
@@ -144,6 +146,20 @@ def test_what_is_written_stays_within_the_frame(case):
         assert box.y0 >= 0
         assert box.x1 <= figure.bbox.width, text.get_text()
         assert box.y1 <= figure.bbox.height
+
+
+def test_a_frame_with_bars_has_room_for_them(tmp_path, case):
+    path = write(tmp_path, case, 0, 0.05)
+    view, snapshot = common_view([path], case), read_snapshot(path)
+    shadings = find_shadings(choose_fields(["damage", "speed"], []), [snapshot], view)
+    frame = Frame(case, view, FILM, shadings)
+    frame.show(snapshot)
+    figure = frame.figure
+    assert [axes.get_ylabel() for axes in figure.axes[1:]] == ["damage", "speed [km/s]"]
+    figure.draw_without_rendering()
+    assert figure.get_tightbbox().x1 <= figure.get_figwidth()
+    pixels = figure.get_size_inches() * FILM.dpi
+    assert pixels == pytest.approx(2 * np.round(pixels / 2))
 
 
 def test_a_panel_is_saved_with_both_bodies(tmp_path, case):

@@ -8,11 +8,14 @@ from rich.console import Console
 
 from mpisph.case import load_case
 from mpisph.diagnostics.cloud import CloudMeasure
+from mpisph.diagnostics.condition import Condition
 from mpisph.io.result import (
     CloudRecord,
     Conservation,
     Result,
     Timing,
+    bodies_table,
+    body_records,
     comparison_table,
     make_comparisons,
     read_result,
@@ -148,3 +151,27 @@ def test_the_table_is_in_mm_and_percent(case, clouds):
         *("98.0", "not reached", "-"),
     ]
     assert "outermost" in text
+
+
+def melting_plate(case):
+    """The case with a plate that melts, and does not break."""
+    changes = ["bodies.plate.material=al-6061-t6"]
+    changes.append("materials.al-6061-t6.thermal=heat-capacity")
+    return load_case(CASES / "piekutowski-4-1353.toml", changes)
+
+
+def test_bodies_are_recorded_as_far_as_their_models_go(tmp_path, case, clouds):
+    found = [Condition(1e-3, 0.0, 0.0), Condition(5e-2, 0.254, 0.0)]
+    assert body_records(case, found) == ()
+    sphere, plate = body_records(melting_plate(case), found)
+    assert (sphere.name, sphere.mass) == ("sphere", 1e-3)
+    assert (sphere.molten, sphere.broken) == (None, None)
+    assert (plate.name, plate.molten, plate.broken) == ("plate", 0.254, None)
+    ended = result(case, clouds).model_copy(update={"bodies": (sphere, plate)})
+    assert read_result(write_result(tmp_path, ended)).bodies == (sphere, plate)
+    console = Console(file=io.StringIO(), width=120)
+    console.print(bodies_table(ended))
+    assert "mass in g" in console.file.getvalue()
+    rows = [x.split("│") for x in console.file.getvalue().splitlines() if "│" in x]
+    cells = [[cell.strip() for cell in row[1:-1]] for row in rows]
+    assert cells == [["sphere", "1", "-", "-"], ["plate", "50", "25.4 %", "-"]]

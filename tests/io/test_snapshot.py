@@ -15,7 +15,12 @@ from oracles import numbered, share
 import mpisph.io.particle_file
 from mpisph.core.errors import CollectiveError, MpisphError
 from mpisph.core.particles import FIELDS
-from mpisph.io.snapshot import read_series, read_snapshot, write_snapshot
+from mpisph.io.snapshot import (
+    read_series,
+    read_snapshot,
+    snapshot_time,
+    write_snapshot,
+)
 
 SELF = MPI.COMM_SELF
 CASE = 'title = "Größe"\n'
@@ -58,6 +63,24 @@ def test_reading_returns_the_bits_written(tmp_path):
     for name in names:
         np.testing.assert_array_equal(got.arrays[name], getattr(want, name))
         assert got.arrays[name].dtype == getattr(want, name).dtype
+
+
+def test_a_snapshot_carries_the_fields_it_is_given_and_says_so(tmp_path):
+    path = write(SELF, tmp_path, fields={"id", "u_r", "rho", "T"})
+    assert set(read_snapshot(path).arrays) == {"id", "r", "z", "u_r", "u_z", "rho", "T"}
+    with h5py.File(path) as file:
+        steps = file["VTKHDF/Steps/PointDataOffsets"]
+        assert set(steps) == set(file["VTKHDF/PointData"])
+    assert snapshot_time(path) == 6e-6
+
+
+@pytest.mark.parametrize("missing", ["T", "u"])
+def test_a_snapshot_without_a_field_that_it_names_is_none(tmp_path, missing):
+    path = write(SELF, tmp_path)
+    with h5py.File(path, "r+") as file:
+        del file[f"VTKHDF/PointData/{missing}"]
+    with pytest.raises(ValueError, match="not a snapshot"):
+        snapshot_time(path)
 
 
 def test_points_are_z_r_0_in_single_precision(tmp_path):

@@ -58,7 +58,7 @@ def test_a_yield_strength_above_the_shear_modulus_is_refused():
 
 
 def test_the_scheme_chooses_for_materials_that_choose_nothing():
-    chosen = chosen_models(load_card("cu-ofhc"), DEFAULTS)
+    chosen = chosen_models(load_card("al-lee2003"), DEFAULTS)
     assert chosen.names == {
         "eos": "mie-grueneisen",
         "thermal": "none",
@@ -68,7 +68,7 @@ def test_the_scheme_chooses_for_materials_that_choose_nothing():
         "porosity": "none",
     }
     assert chosen.constants["minimum-pressure"].value == -5e8
-    assert chosen.bulk_sound_speed == 3940.0
+    assert chosen.bulk_sound_speed == 5350.0
 
 
 def test_a_material_may_choose_its_own_models_and_a_body_its_equation_of_state():
@@ -143,5 +143,8 @@ def test_a_card_of_ones_own_is_read(tmp_path):
     path.write_text("rho0 = 7850\n[mie-grueneisen]\nc0 = 4600\nslope = 1.49\n")
     with pytest.raises(CaseError, match=r"steel\.toml:2: mie-grueneisen\.gamma0: req"):
         read_card(path)
-    path.write_text(path.read_text() + "gamma0 = 2\n")
+    path.write_text(path.read_text() + "gamma0 = -2\n")
+    with pytest.raises(CaseError, match=r"gamma0 = -2.0: expected at least 0"):
+        read_card(path)
+    path.write_text(path.read_text().replace("-2", "2"))
     assert (read_card(path).name, read_card(path).rho0) == ("steel", 7850.0)

@@ -13,6 +13,7 @@ from mpisph.physics.ductile.johnson_cook_damage import (
     LOWEST_TRIAXIALITY,
     JohnsonCookDamage,
     fracture_strain,
+    tearing,
 )
 from mpisph.physics.models import record, record_type
 
@@ -57,12 +58,12 @@ def test_constants_r18_that_break_at_once_are_refused():
         JohnsonCookDamage(**STEEL | {"melting_temperature": 250.0})
 
 
-def broken(gradient, dt=1e-7, steps=20000):
+def broken(gradient, dt=1e-7, steps=20000, **constants):
     """Plastic strain, of a particle, when its share is used up; and its history."""
     p = Point(
         models(
             {"ductile": "johnson-cook-damage", "strength": "elastic-plastic"},
-            johnson_cook_damage=STEEL | {"D4": 0.0},
+            johnson_cook_damage=STEEL | {"D4": 0.0} | constants,
             elastic_plastic=ELASTIC,
         )
     )
@@ -89,3 +90,18 @@ def test_then_r18_a_crack_runs_and_neither_shear_nor_tension_is_left():
     p.set(rho=2600.0)
     p.respond(1e-8)
     assert p.get("P") == 0.0
+
+
+def test_tearing_r18_takes_the_energy_of_the_crack():
+    """The stress times the plastic strain times the size, from fracture to the end."""
+    energy, size, dt = 20e3, 1e-4, 1e-8
+    p, _ = broken(pure_shear(1e4), crack_energy=energy)
+    done, before = 0.0, p.get("damage")
+    while p.get("damage") < 1.0:
+        work = p.get("plastic_work")
+        p.strain(pure_shear(1e5), dt, heat=False)
+        done += (p.get("plastic_work") - work) * p.get("rho") * size
+    # The share of the first step was done before it was asked for.
+    assert done == approx(energy * (1.0 - before) ** 2, rel=2e-3)
+    assert tearing(energy, energy) == 0.5
+    assert tearing(1.0, 0.0) == math.inf

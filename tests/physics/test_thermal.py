@@ -13,7 +13,12 @@ from scipy.integrate import solve_ivp
 from mpisph.physics.eos import pressure
 from mpisph.physics.isentrope import LARGEST_COMPRESSION, on_isentrope
 from mpisph.physics.response import material_table
-from mpisph.physics.thermal.heat_capacity import melting_temperature, share_molten
+from mpisph.physics.thermal.heat_capacity import (
+    HeatCapacityModel,
+    heating,
+    melting_temperature,
+    share_molten,
+)
 
 HEAT = {"heat_capacity": 900.0, "melting_temperature": 925.0}
 SOLIDS = {
@@ -99,6 +104,31 @@ def test_temperature_r13_is_that_of_the_energy_above_the_isentrope():
         E_s, T_s = on_isentrope(eta, curve)
         assert point.get("T") == approx(T_s + (E - E_s) / 900.0, rel=1e-13)
         assert point.get("melt") == 0.0
+
+
+@given(c=st.floats(500.0, 1500.0), T=st.floats(1.0, 3000.0))
+def test_heating_r13_takes_the_integral_of_the_heat_capacity(c, T):
+    mean, span = 1000.0, 600.0
+    rising = c * T + (mean - c) * T**2 / span
+    q = rising if T < span else mean * T
+    assert heating(q, c, mean, span) == approx(T, rel=1e-12)
+    assert heating(-1e4, c, mean, span) == approx(-1e4 / c)
+
+
+def test_heat_to_melting_r13_is_taken_there():
+    heat = {**HEAT, "heat_to_melting": 6.6e5, "melting_temperature": 925.0}
+    material = models(
+        {"eos": "mie-grueneisen", "thermal": "heat-capacity"},
+        heat_capacity=heat,
+        **SOLIDS["mie-grueneisen"],
+    )
+    point = Point(material)
+    for E, T in ((6.6e5 - 1e-6, 925.0), (9e2, 301.0)):
+        point.set(rho=2700.0, E=E)
+        point.respond(0.0)
+        assert point.get("T") == approx(T, rel=1e-5)
+    with pytest.raises(ValueError, match="heat_to_melting must exceed"):
+        HeatCapacityModel.model_validate({**heat, "heat_to_melting": 2e5})
 
 
 @given(eta=st.floats(1.0, 2.0), gamma=st.floats(0.4, 3.0), a=st.floats(0.0, 2.0))

@@ -129,3 +129,17 @@ def test_every_figure_can_be_drawn(case, snapshot, tmp_path, figure):
     figure.draw(snapshot, case, tmp_path / "new" / "figure.png")
     assert (tmp_path / "new" / "figure.png").stat().st_size > 10_000
     assert figure.caption
+
+
+def test_what_is_broken_stands_below_the_fragments(case, snapshot):
+    damage = (snapshot.arrays["id"] % 2).astype(float)
+    arrays = {**snapshot.arrays, "damage": damage}
+    found = find_fragments(arrays, cloud_definition(case))
+    rows = fragments_table(snapshot._replace(arrays=arrays), case).rows
+    share = 100 * found.broken / (found.broken + found.mass.sum())
+    assert rows[-1][0] == "broken, in none"
+    assert rows[-1][2:4] == (f"{share:.1f}", "–")
+    assert sum(float(row[2]) for row in rows) <= 100.5
+    arrays["damage"] = np.ones(damage.size)
+    table = fragments_table(snapshot._replace(arrays=arrays), case)
+    assert (table.title, len(table.rows)) == ("Fragments", 1)

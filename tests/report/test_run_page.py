@@ -13,6 +13,7 @@ from report_pages import Page, assert_links_lead_somewhere, assert_nothing_is_fe
 from small_runs import EXPOSED, small_run, unended
 
 from mpisph.core.errors import MpisphError
+from mpisph.io.snapshot import read_snapshot
 from mpisph.io.stored_run import read_run
 from mpisph.report import run_page
 from mpisph.report.analysis import AnalysisFigure
@@ -296,3 +297,35 @@ def test_the_debris_is_looked_at_before_it_reaches_the_next_body(finished):
     assert [item.time for item in analysed] == [1.5e-6]
     history["cloud_length"][:] = np.nan
     assert run_page._analysed(shown, run_page._arrival(run)) == []
+
+
+def test_the_condition_of_matter_that_melts_and_breaks(breaking, tmp_path, dots):
+    page = page_of([breaking], tmp_path / "report.html")
+    assert "Condition of the matter" in page.headings
+    result = read_run(breaking).result
+    sphere, plate = result.bodies
+    assert (sphere.broken, 0.0 < sphere.molten < 1.0) == (None, True)
+    assert 0.0 < plate.broken < 1.0
+    rows = page.table("body", "mass [g]")
+    shares = [["sphere", f"{100 * sphere.molten:.1f} %", "–"]]
+    shares += [["plate", *(f"{100 * x:.1f} %" for x in (plate.molten, plate.broken))]]
+    assert [[row[0], *row[2:]] for row in rows] == shares
+    assert "Damage and temperature, 2.00 µs after first contact" in page.all(
+        "img", "alt"
+    )
+
+
+def test_the_shares_are_those_of_the_last_snapshot(breaking):
+    run = read_run(breaking)
+    arrays = read_snapshot(run.snapshots[-1][0]).arrays
+    for body, record in enumerate(run.result.bodies):
+        mine = arrays["body"] == body
+        m, melt = arrays["m"][mine], arrays["melt"][mine]
+        assert record.molten == pytest.approx((m * melt).sum() / m.sum(), rel=1e-12)
+    broken = m * (arrays["damage"][mine] == 1.0)
+    assert record.broken == pytest.approx(broken.sum() / m.sum(), rel=1e-12)
+    assert not {"ductile_damage", "distension"} & set(arrays)
+
+
+def test_without_models_nothing_is_said_of_it(page):
+    assert "Condition of the matter" not in page.headings

@@ -10,7 +10,7 @@ from launch import CASES, call
 from mpi4py import MPI
 from oracles import agree
 from run_folders import differences, outcome, status
-from small_runs import StopAt
+from small_runs import MODELS, StopAt
 
 import mpisph.io.checkpoint
 from mpisph.case import load_case
@@ -67,6 +67,18 @@ def check_whole(folder, once):
     """Check that a run has come to the same as the one that nothing interrupted."""
     assert differences(folder, once) == []
     assert json.loads((folder / "result.json").read_text())["damage"] == []
+
+
+def test_matter_that_has_hardened_and_broken_goes_on_so(tmp_path):
+    """History of all models comes from the checkpoint, half way into the fracture."""
+    case = short_case(*MODELS, "time.end=1.6us", "output.every=0.4us")
+    run(case, SELF, tmp_path / "once")
+    run(case, SELF, tmp_path / "stopped", signals=StopAt(54))
+    before = read_snapshot(snapshot_path(tmp_path / "stopped", 3)).arrays["damage"]
+    resume(SELF, tmp_path / "stopped")
+    assert differences(tmp_path / "stopped", tmp_path / "once") == []
+    after = read_snapshot(snapshot_path(tmp_path / "once", 4)).arrays["damage"]
+    assert 0.0 < before.mean() < after.mean()
 
 
 # ---- damaged snapshots and histories

@@ -12,7 +12,7 @@ from numba import njit
 from pydantic import Field, model_validator
 
 from mpisph.core.jit import ENTRY, EXACT
-from mpisph.inputs.quantities import Quantity, Temperature
+from mpisph.inputs.quantities import CrackEnergy, Quantity, Temperature
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
 from mpisph.physics.strength.johnson_cook import homologous_temperature
@@ -51,6 +51,8 @@ class JohnsonCookDamage(Sourced):
     """Strain rate up to which rate does not count."""
     least_strain: Annotated[float, Field(gt=0, le=10), Quantity("")] = 0.01
     """What the strain to fracture is at least."""
+    crack_energy: CrackEnergy = 0.0
+    """Energy that an area takes to tear; 0: it tears as fast as a crack runs."""
 
     @property
     def needs_temperature(self) -> bool:
@@ -107,6 +109,25 @@ def fracture_strain(triaxiality, rate, T, mat):
     return max(strain, mat.least_strain)
 
 
+@njit(**EXACT)
+def tearing(work, crack_energy):
+    """Return the damage of matter that tears as it is strained (R18).
+
+    The stress falls from that of sound matter to zero while it does the work of the
+    crack. Without such an energy the result is infinite.
+
+    Parameters
+    ----------
+    work : float
+        Plastic work of the sound share per area of the section [J/m2].
+    crack_energy : float
+        [J/m2].
+    """
+    if crack_energy <= 0.0:
+        return math.inf
+    return 0.5 * work / crack_energy
+
+
 @njit(**ENTRY)
 def _used_up(x, k, mat, increment, dt):
     stress = equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
@@ -117,9 +138,15 @@ def _used_up(x, k, mat, increment, dt):
     )
 
 
+@njit(**ENTRY)
+def _torn(x, k, mat, work):
+    return tearing(work, mat.johnson_cook_damage.crack_energy)
+
+
 MODEL = Model(
     "johnson-cook-damage",
     "Johnson-Cook damage",
     JohnsonCookDamage,
-    {"used_up": _used_up},
+    {"used_up": _used_up, "torn": _torn},
+    ("ductile_damage", "damage"),
 )

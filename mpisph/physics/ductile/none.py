@@ -11,4 +11,9 @@ def _used_up(x, k, mat, increment, dt):
     return 0.0
 
 
-MODEL = Model("none", "none", None, {"used_up": _used_up})
+@njit(**ENTRY)
+def _torn(x, k, mat, work):
+    return 0.0
+
+
+MODEL = Model("none", "none", None, {"used_up": _used_up, "torn": _torn})

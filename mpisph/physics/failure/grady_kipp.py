@@ -122,4 +122,5 @@ MODEL = Model(
     "Grady-Kipp",
     GradyKipp,
     {"limit_tension": limit_by_damage, "damage_growth": _damage_growth},
+    ("damage",),
 )

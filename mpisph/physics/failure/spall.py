@@ -1,10 +1,15 @@
 """Spall: matter parts where its tension reaches a strength (R16).
 
 A crack then opens, and the tension that it lets through falls in proportion to its
-opening. The damage is that share of its last opening: its memory.
+opening. The damage is that share of its last opening: its memory. Where the crack
+closes again, matter is relieved elastically.
+
+References
+----------
+Hillerborg, Modeer, Petersson (1976), Cement and Concrete Research 6, 773: cracks that
+open against a tension. Bazant, Oh (1983), Materials and Structures 16, 155: in a band.
 """
 
-import math
 from typing import Literal
 
 from numba import njit
@@ -12,11 +17,21 @@ from numba import njit
 from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import CrackEnergy, PositivePressure
 from mpisph.inputs.sourced import Sourced
-from mpisph.physics.cracks import crack_growth, largest_deviatoric_stress, ring_size
+from mpisph.physics.cracks import (
+    BAND,
+    crack_growth,
+    largest_deviatoric_stress,
+    ring_size,
+)
+from mpisph.physics.eos import pressure
 from mpisph.physics.models import Model
 
 PRESSURE = 0
 PRINCIPAL = 1
+
+LEAST_LENGTH = 2.0
+"""Characteristic length of a crack, ``K G_c / strength**2``, in widths of the band: a
+shorter one is not resolved."""
 
 
 class Spall(Sourced):
@@ -27,23 +42,20 @@ class Spall(Sourced):
     criterion: Literal["pressure", "principal"] = "pressure"
     """Which tension: minus the pressure, or the largest principal stress."""
     crack_energy: CrackEnergy = 0.0
-    """Energy that an area of crack takes to open; 0: it opens as fast as it runs."""
+    """Energy that an area of crack takes; at least what the spacing resolves."""
 
 
 @njit(**EXACT)
-def opening_growth(stretch, size, strength, crack_energy, bulk_modulus):
-    """Return the damage of a crack that opens as its particle stretches (R16).
+def opening_strain(h, strength, crack_energy, bulk_modulus):
+    """Return the strain of the band of a crack at its last opening (R16).
 
     The tension falls from the strength to zero over an opening of ``2 crack_energy/
-    strength``; the particle gives up its elastic strain meanwhile, which helps to open
-    the crack. Where that alone opens it, the result is infinite.
+    strength``, or a larger one that the spacing resolves.
 
     Parameters
     ----------
-    stretch : float
-        Growth of the volume over the volume.
-    size : float
-        Of the particle [m].
+    h : float
+        Smoothing length [m].
     strength : float
         [Pa].
     crack_energy : float
@@ -51,10 +63,43 @@ def opening_growth(stretch, size, strength, crack_energy, bulk_modulus):
     bulk_modulus : float
         [Pa].
     """
-    last = 2.0 * crack_energy / strength - size * strength / bulk_modulus
-    if last <= 0.0:
-        return math.inf
-    return max(stretch, 0.0) * size / last
+    resolved = 2.0 * LEAST_LENGTH * strength / bulk_modulus
+    return max(2.0 * crack_energy / (strength * BAND * h), resolved)
+
+
+@njit(**EXACT)
+def opening_growth(excess, last, strength, bulk_modulus):
+    """Return the damage of a crack that takes up an excess of tension (R16).
+
+    It opens by what the elastic strain of its band does not take, which falls as the
+    tension does and so helps to open it.
+
+    Parameters
+    ----------
+    excess : float
+        Tension above what the crack lets through [Pa].
+    last : float
+        `opening_strain`.
+    strength, bulk_modulus : float
+        [Pa].
+    """
+    return excess / (bulk_modulus * last - strength)
+
+
+@njit(**EXACT)
+def _bulk_modulus(mat):
+    return mat.rho0 * mat.bulk_sound_speed * mat.bulk_sound_speed
+
+
+@njit(**EXACT)
+def _between_cracks(P, rho, E, alpha, damage, h, mat):
+    """Return the pressure of matter without the opening of its cracks, none above 0."""
+    if P >= 0.0 or damage <= 0.0 or damage >= 1.0:
+        return P
+    spall = mat.spall
+    last = opening_strain(h, spall.strength, spall.crack_energy, _bulk_modulus(mat))
+    solid = alpha * rho * (1.0 + damage * last)
+    return min(pressure(solid, E, mat)[0] / alpha, 0.0)
 
 
 @njit(**EXACT)
@@ -74,31 +119,31 @@ def _limited(P, excess):
 
 @njit(**ENTRY)
 def _limit_tension(x, k, mat):
-    excess = _excess(x.P[k], x.S_rr[k], x.S_zz[k], x.S_rz[k], x.damage[k], mat.spall)
-    return _limited(x.P[k], excess), 1.0 - x.damage[k]
+    D = x.damage[k]
+    P = _between_cracks(x.P[k], x.rho[k], x.E[k], x.distension[k], D, x.h[k], mat)
+    excess = _excess(P, x.S_rr[k], x.S_zz[k], x.S_rz[k], D, mat.spall)
+    return _limited(P, excess), 1.0 - D
 
 
 @njit(**EXACT)
-def _growth(excess, m, r, rho, c, G, div, mat, dt):
-    if excess < 0.0:
+def _growth(excess, m, r, h, rho, c, G, mat, dt):
+    if excess <= 0.0:
         return 0.0
-    spall = mat.spall
-    size = ring_size(m, r, rho)
-    growth = crack_growth(c, G, rho, size, dt)
-    if spall.crack_energy > 0.0:
-        bulk = mat.rho0 * mat.bulk_sound_speed * mat.bulk_sound_speed
-        opened = opening_growth(
-            div * dt, size, spall.strength, spall.crack_energy, bulk
-        )
-        growth = min(growth, opened)
-    return growth
+    spall, bulk = mat.spall, _bulk_modulus(mat)
+    last = opening_strain(h, spall.strength, spall.crack_energy, bulk)
+    return min(
+        opening_growth(excess, last, spall.strength, bulk),
+        crack_growth(c, G, rho, ring_size(m, r, rho), dt),
+    )
 
 
 @njit(**ENTRY)
 def _damage_growth(x, k, mat, dt):
     # Without a branch here, no references to the arrays are counted.
-    excess = _excess(x.P[k], x.S_rr[k], x.S_zz[k], x.S_rz[k], x.damage[k], mat.spall)
-    return _growth(excess, x.m[k], x.r[k], x.rho[k], x.c[k], x.G[k], x.div[k], mat, dt)
+    D = x.damage[k]
+    P = _between_cracks(x.P[k], x.rho[k], x.E[k], x.distension[k], D, x.h[k], mat)
+    excess = _excess(P, x.S_rr[k], x.S_zz[k], x.S_rz[k], D, mat.spall)
+    return _growth(excess, x.m[k], x.r[k], x.h[k], x.rho[k], x.c[k], x.G[k], mat, dt)
 
 
 MODEL = Model(
@@ -106,4 +151,5 @@ MODEL = Model(
     "spall",
     Spall,
     {"limit_tension": _limit_tension, "damage_growth": _damage_growth},
+    ("damage",),
 )

@@ -106,4 +106,6 @@ def _distension(x, k, mat):
     return crushed_distension(x.rho[k], x.E[k], x.distension[k], mat)
 
 
-MODEL = Model("p-alpha", "P-alpha", PAlpha, {"distension": _distension})
+MODEL = Model(
+    "p-alpha", "P-alpha", PAlpha, {"distension": _distension}, ("distension",)
+)

@@ -1,4 +1,4 @@
-"""Constant heat capacity above the isentrope, and melting by Lindemann's law (R13).
+"""Heat capacity above the isentrope, and melting by Lindemann's law (R13).
 
 References
 ----------
@@ -6,7 +6,7 @@ Steinberg, Cochran, Guinan (1980), J. Appl. Phys. 51, 1498: the melting temperat
 """
 
 import math
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from numba import njit
 from pydantic import Field, model_validator
@@ -27,8 +27,12 @@ from mpisph.physics.models import Model
 class HeatCapacityModel(Sourced):
     """Constants of temperature and melting (R13)."""
 
+    DERIVED: ClassVar[tuple[str, ...]] = ("mean_heat_capacity", "span")
+
     heat_capacity: HeatCapacity
-    """Specific heat."""
+    """Specific heat at the reference temperature."""
+    heat_to_melting: NonNegativeEnergy = 0.0
+    """Energy from there to melting at zero pressure; 0: specific heat is constant."""
     reference_temperature: Temperature = 300.0
     """Temperature at the reference density and zero internal energy."""
     melting_temperature: Temperature
@@ -50,7 +54,23 @@ class HeatCapacityModel(Sourced):
                 "melting_temperature must exceed reference_temperature = "
                 f"{self.reference_temperature:g} K, got {self.melting_temperature:g}"
             )
+        least = 0.5 * self.heat_capacity * self.span
+        if 0.0 < self.heat_to_melting <= least:
+            raise ValueError(
+                f"heat_to_melting must exceed {least:.4g} J/kg, half of heat_capacity "
+                f"times the span to melting, got {self.heat_to_melting:g} J/kg"
+            )
         return self
+
+    @property
+    def span(self) -> float:
+        """Temperature from the reference to melting at zero pressure [K]."""
+        return self.melting_temperature - self.reference_temperature
+
+    @property
+    def mean_heat_capacity(self) -> float:
+        """Mean specific heat up to melting at zero pressure, and above [J/kg/K]."""
+        return self.heat_to_melting / self.span or self.heat_capacity
 
 
 @njit(**EXACT)
@@ -63,6 +83,20 @@ def melting_temperature(eta, T_m0, gamma, slope):
         return T_m0
     power = 2.0 * (gamma - slope - 1.0 / 3.0)
     return T_m0 * math.exp(2.0 * slope * (1.0 - 1.0 / eta)) * eta**power
+
+
+@njit(**EXACT)
+def heating(q, c, mean, span):
+    """Return the rise in temperature by an energy q above the isentrope (R13) [K].
+
+    The specific heat goes from ``c`` linearly to ``2 mean - c`` over ``span``, and is
+    ``mean`` beyond.
+    """
+    if q <= 0.0:
+        return q / c
+    if q >= mean * span:
+        return q / mean
+    return 2.0 * q / (c + math.sqrt(c * c + 4.0 * (mean - c) * q / span))
 
 
 @njit(**EXACT)
@@ -82,16 +116,18 @@ def _temperature(x, k, mat):
     eta = x.distension[k] * x.rho[k] / mat.rho0
     E_s, T_s = on_isentrope(eta, mat.isentrope)
     stored = (1.0 - thermal.heating_share) * x.plastic_work[k]
-    T = T_s + (x.E[k] - E_s - stored) / thermal.heat_capacity
+    mean = thermal.mean_heat_capacity
+    T = T_s + heating(x.E[k] - E_s - stored, thermal.heat_capacity, mean, thermal.span)
     T_m = melting_temperature(
         eta, thermal.melting_temperature, thermal.melting_gamma, thermal.melting_slope
     )
-    return share_molten(T, T_m, thermal.heat_capacity, thermal.heat_of_fusion)
+    return share_molten(T, T_m, mean, thermal.heat_of_fusion)
 
 
 MODEL = Model(
     "heat-capacity",
-    "constant heat capacity",
+    "heat capacity and melting",
     HeatCapacityModel,
     {"temperature": _temperature},
+    ("T", "melt"),
 )

@@ -14,6 +14,7 @@ import numpy as np
 from mpisph.case import case_from_dict
 from mpisph.figures.style import Out
 from mpisph.verify.exact.taylor import final_length
+from mpisph.verify.layers import PERFECT
 from mpisph.verify.plots import Panel, draw_panels
 from mpisph.verify.problem import Array, Check, Problem, Setup, Solved, observed_order
 
@@ -65,6 +66,7 @@ def _setup(count: int) -> Setup:
             },
             "resolution": {"spacing": _RADIUS / count, "nph": 1.5},
             "scheme": {
+                **PERFECT,
                 "viscosity": {"alpha": 0.1, "beta": 0.5},
                 "heat": {"enabled": False},
             },

@@ -166,7 +166,7 @@ def test_the_equation_of_state_is_the_program_s(eos):
             "title": "plate",
             "bodies": [{**plate, "name": "plate", "material": "al-6061-t6"}],
             "resolution": {"spacing": 1e-4},
-            "scheme": {"eos": eos},
+            "scheme": {"eos": eos, "strength": "elastic-plastic"},
             "time": {"end": 1e-6},
         }
     )
