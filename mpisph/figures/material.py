@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from mpisph.core.errors import CaseError, Problem
 from mpisph.core.particles import FloatArray
 from mpisph.figures.style import (
-    BOX,
     COMPUTED,
     DPI,
     STYLE,
@@ -37,15 +36,18 @@ from mpisph.materials.curves import (
 from mpisph.materials.model import Material
 from mpisph.physics.response import KINDS, MaterialTable
 
-_FASTEST = 4e3
-# Particle velocity [m/s] up to which shocks are drawn: of an impact at 8 km/s on a like
-# material.
+_FASTEST = 5e3
+# Particle velocity [m/s] up to which shocks are drawn: of an impact at 10 km/s on a
+# like material.
 
 _LARGEST_STRAIN = 1.0
 _SLOW, _FAST = 1.0, 1e6
 # Strain rates [1/s]: of a tensile test, and of an impact.
 
 _RATES = {_SLOW: "1/s", _FAST: "10$^6$/s"}
+
+_PIECES = (1e-4, 1.0)
+# Sizes of pieces [m] whose strength is drawn.
 
 _HEATED = (0.0, 0.3, 0.6, 0.9)
 # Parts of the way from room temperature to melting.
@@ -119,6 +121,8 @@ def _panels(card: Material) -> list[Panel]:
         if thermal_of(card):
             found += [partial(_draw_temperatures, matter), partial(_draw_melt, matter)]
         elastic = card.constants("elastic-plastic")
+        if card.constants("grady-kipp") is not None and elastic is not None:
+            found.append(partial(_draw_flaws, card))
         for name in KINDS["strength"]:
             hardens = name not in ("none", "elastic-plastic")
             if hardens and card.constants(name) is not None:
@@ -187,14 +191,11 @@ def _draw_temperatures(matter: _Matter, axes: Axes) -> None:
     for index, name in enumerate(matter.names):
         states, colour = matter.shocks[name].states, body_colour(index)
         cold = isentrope(matter.tables[name], states.rho)
-        axes.plot(states.rho / rho0, 1e-3 * states.T, color=colour, label="shocks")
-        axes.plot(
-            states.rho / rho0,
-            1e-3 * cold.T,
-            color=colour,
-            linestyle="--",
-            label="isentrope",
-        )
+        axes.plot(states.rho / rho0, 1e-3 * states.T, color=colour)
+        axes.plot(states.rho / rho0, 1e-3 * cold.T, color=colour, linestyle="--")
+    plain = body_colour(0) if len(matter.names) == 1 else "0.4"
+    axes.plot([], [], color=plain, label="shocks")
+    axes.plot([], [], color=plain, linestyle="--", label="isentrope")
     widest = max((found.states.rho for found in matter.shocks.values()), key=np.max)
     axes.plot(
         widest / rho0,
@@ -206,7 +207,7 @@ def _draw_temperatures(matter: _Matter, axes: Axes) -> None:
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("density over reference density")
     axes.set_ylabel("temperature [1000 K]")
-    _legend_once(axes)
+    axes.legend(loc="upper left", **_LEGEND)
 
 
 def _draw_melt(matter: _Matter, axes: Axes) -> None:
@@ -214,28 +215,25 @@ def _draw_melt(matter: _Matter, axes: Axes) -> None:
     for index, name in enumerate(matter.names):
         states, colour = matter.shocks[name].states, body_colour(index)
         P = 1e-9 * states.P
-        axes.plot(P, 1e-3 * states.T, color=colour, label="shocks")
+        label = f"{matter.label(name)} shocks" if len(matter.names) > 1 else "shocks"
+        axes.plot(P, 1e-3 * states.T, color=colour, label=label)
         axes.plot(P, 1e-3 * melting_line(matter.card, states.rho), **COMPUTED)
         begun, ended = states.melt > 0.0, states.melt >= 1.0
         if begun.any() and ended.any():
-            axes.axvspan(P[begun.argmax()], P[ended.argmax()], color=colour, alpha=0.15)
-            ends = dict.fromkeys(_short(P[x.argmax()]) for x in (begun, ended))
-            axes.text(
-                0.97,
-                0.05 + 0.09 * index,
-                f"melts at {' to '.join(ends)} GPa",
+            at = dict.fromkeys(_short(P[x.argmax()]) for x in (begun, ended))
+            axes.axvspan(
+                P[begun.argmax()],
+                P[ended.argmax()],
                 color=colour,
-                transform=axes.transAxes,
-                ha="right",
-                fontsize=7.5,
-                bbox=BOX,
+                alpha=0.15,
+                label=f"melt at {' to '.join(at)} GPa",
             )
     axes.plot([], [], label="melting", **COMPUTED)
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("pressure behind the shock [GPa]")
     axes.set_ylabel("temperature [1000 K]")
-    _legend_once(axes)
+    axes.legend(loc="upper left", **_LEGEND)
 
 
 def _short(value: float) -> str:
@@ -265,7 +263,8 @@ def _draw_yield(matter: _Matter, strength: str, axes: Axes) -> None:
     axes.set_xlabel("equivalent plastic strain")
     axes.set_ylabel("yield stress at P = 0 [MPa]")
     axes.set_title(KINDS["strength"][strength].label, fontsize=8.5, loc="left")
-    axes.legend(loc="upper left", ncols=2, **_LEGEND)
+    if card.constants(strength).needs_temperature:
+        axes.legend(loc="upper left", ncols=2, **_LEGEND)
 
 
 def _depends_on_rate(table: MaterialTable, strain: FloatArray) -> bool:
@@ -287,6 +286,21 @@ def _heated(card: Material, constants: object) -> list[tuple[float, object]]:
     colours = mpl.colormaps["plasma"](np.linspace(0.05, 0.8, len(_HEATED)))
     warm = (ROOM_TEMPERATURE + part * (own - ROOM_TEMPERATURE) for part in _HEATED)
     return list(zip(warm, colours, strict=True))
+
+
+def _draw_flaws(card: Material, axes: Axes) -> None:
+    """Draw the tension at which the weakest flaw of a piece is active, by its size."""
+    flaws, G = (
+        card.constants("grady-kipp"),
+        card.constants("elastic-plastic").shear_modulus,
+    )
+    K = card.constants("linear").bulk_modulus
+    size = np.geomspace(*_PIECES)
+    stress = 9.0 * K * G / (3.0 * K + G) * (flaws.k * size**3) ** (-1.0 / flaws.m)
+    axes.loglog(1e3 * size, 1e-6 * stress, color=body_colour(0))
+    axes.set_xlabel("size of a piece [mm]")
+    axes.set_ylabel("tension at the weakest flaw [MPa]")
+    axes.set_title(KINDS["failure"]["grady-kipp"].label, fontsize=8.5, loc="left")
 
 
 def _draw_fracture(card: Material, axes: Axes) -> None:
@@ -320,11 +334,3 @@ def _draw_fracture(card: Material, axes: Axes) -> None:
     label = KINDS["ductile"]["johnson-cook-damage"].label
     axes.set_title(label, fontsize=8.5, loc="left")
     axes.legend(loc="best", **_LEGEND)
-
-
-def _legend_once(axes: Axes) -> None:
-    """Draw a legend with each label once, for the colours are those of other panels."""
-    handles, labels = axes.get_legend_handles_labels()
-    first = dict(zip(reversed(labels), reversed(handles), strict=True))
-    names = list(dict.fromkeys(labels))
-    axes.legend([first[name] for name in names], names, loc="upper left", **_LEGEND)

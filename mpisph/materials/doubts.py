@@ -97,8 +97,7 @@ def _doubts(
                 f"solids part at {LEAST_SPALL:g} to {LARGEST_SPALL:g} of it; is the "
                 "unit right?",
             )
-        opening = 2.0 * spall.crack_energy / spall.strength
-        if opening > LONGEST_OPENING:
+        elif (opening := 2.0 * spall.crack_energy / spall.strength) > LONGEST_OPENING:
             yield (
                 "spall.crack_energy",
                 f"a crack would carry tension until it is {opening:.2g} m wide; is the "
@@ -165,7 +164,7 @@ def _doubts_of_heat(tables: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             f"{heat.heat_of_fusion:.4g} J/kg is {fusion:.2g} of heat capacity times "
             "melting temperature, where metals have 0.3 to 0.6; is the unit right?",
         )
-    mean = heat.mean_heat_capacity / heat.heat_capacity
+    mean = heat.heat_to_melting / (heat.heat_capacity * heat.span)
     if mean > LARGEST_HEATING:
         yield (
             "heat-capacity.heat_to_melting",

@@ -13,7 +13,7 @@ from numba import njit
 from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics import ductile, eos, failure, porosity, strength, thermal
-from mpisph.physics.cracks import crack_growth, ring_size
+from mpisph.physics.cracks import BAND, crack_growth, ring_size
 from mpisph.physics.ductile import torn, used_up
 from mpisph.physics.eos import pressure
 from mpisph.physics.failure import damage_growth, limit_tension
@@ -233,7 +233,7 @@ def respond(x, table, sound_speed_floor, dt):
         if x.ductile_damage[k] >= 1.0:
             size = ring_size(x.m[k], x.r[k], x.rho[k])
             crack = crack_growth(x.c[k], x.G[k], x.rho[k], size, dt)
-            tear = torn(x, k, mat, size * work)
+            tear = torn(x, k, mat, BAND * x.h[k] * work)
             growth = max(growth, min(crack, tear))
         x.damage[k] = min(x.damage[k] + growth, 1.0)
         x.G[k] *= sound

@@ -55,7 +55,9 @@ def rod_case(
             "title": title,
             "bodies": [rod],
             "boundary": {"z_max": 0.0},
-            "materials": {material: {"failure": "none", **constants}},
+            "materials": {
+                material: {"failure": "none", "ductile": "none", **constants}
+            },
             "resolution": {"spacing": radius / count, "nph": 1.5},
             "scheme": {
                 "viscosity": {"alpha": alpha, "beta": beta},

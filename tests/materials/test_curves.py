@@ -135,7 +135,7 @@ MELTED = {
     "al-2024-t4": 125.0,  # Jin et al. (2025)
     "cu-ofhc": 237.0,  # arXiv 2503.01939
     "ta": 300.0,  # Akin et al. (2019)
-    "mg-az31b": 40.0,  # High Pressure Physics Journal (2019), 20190729; ends at 57
+    "mg-az31b": 55.5,  # Beason et al. (2021), of magnesium; an alloy from 40 to 57
     "iron-armco": 225.0,  # Singh et al. (2023)
 }
 

@@ -119,7 +119,7 @@ def tearing(work, crack_energy):
     Parameters
     ----------
     work : float
-        Plastic work of the sound share per area of the section [J/m2].
+        Plastic work of the sound share per area, in the band of a crack [J/m2].
     crack_energy : float
         [J/m2].
     """

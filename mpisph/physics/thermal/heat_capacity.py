@@ -27,7 +27,7 @@ from mpisph.physics.models import Model
 class HeatCapacityModel(Sourced):
     """Constants of temperature and melting (R13)."""
 
-    DERIVED: ClassVar[tuple[str, ...]] = ("mean_heat_capacity", "span")
+    DERIVED: ClassVar[tuple[str, ...]] = ("hot_heat_capacity", "span")
 
     heat_capacity: HeatCapacity
     """Specific heat at the reference temperature."""
@@ -54,11 +54,12 @@ class HeatCapacityModel(Sourced):
                 "melting_temperature must exceed reference_temperature = "
                 f"{self.reference_temperature:g} K, got {self.melting_temperature:g}"
             )
-        least = 0.5 * self.heat_capacity * self.span
+        least = 0.25 * self.heat_capacity * self.span
         if 0.0 < self.heat_to_melting <= least:
             raise ValueError(
-                f"heat_to_melting must exceed {least:.4g} J/kg, half of heat_capacity "
-                f"times the span to melting, got {self.heat_to_melting:g} J/kg"
+                f"heat_to_melting must exceed {least:.4g} J/kg, a quarter of "
+                "heat_capacity times the span to melting, got "
+                f"{self.heat_to_melting:g} J/kg"
             )
         return self
 
@@ -68,9 +69,11 @@ class HeatCapacityModel(Sourced):
         return self.melting_temperature - self.reference_temperature
 
     @property
-    def mean_heat_capacity(self) -> float:
-        """Mean specific heat up to melting at zero pressure, and above [J/kg/K]."""
-        return self.heat_to_melting / self.span or self.heat_capacity
+    def hot_heat_capacity(self) -> float:
+        """Specific heat from halfway to melting at zero pressure on [J/kg/K]."""
+        if self.heat_to_melting == 0.0:
+            return self.heat_capacity
+        return (4.0 * self.heat_to_melting / self.span - self.heat_capacity) / 3.0
 
 
 @njit(**EXACT)
@@ -86,17 +89,19 @@ def melting_temperature(eta, T_m0, gamma, slope):
 
 
 @njit(**EXACT)
-def heating(q, c, mean, span):
+def heating(q, cold, hot, span):
     """Return the rise in temperature by an energy q above the isentrope (R13) [K].
 
-    The specific heat goes from ``c`` linearly to ``2 mean - c`` over ``span``, and is
-    ``mean`` beyond.
+    The specific heat goes linearly from ``cold`` to ``hot`` over half of the span, and
+    stays there.
     """
     if q <= 0.0:
-        return q / c
-    if q >= mean * span:
-        return q / mean
-    return 2.0 * q / (c + math.sqrt(c * c + 4.0 * (mean - c) * q / span))
+        return q / cold
+    half = 0.5 * span
+    way = 0.5 * (cold + hot) * half
+    if q >= way:
+        return half + (q - way) / hot
+    return 2.0 * q / (cold + math.sqrt(cold * cold + 2.0 * (hot - cold) * q / half))
 
 
 @njit(**EXACT)
@@ -116,12 +121,12 @@ def _temperature(x, k, mat):
     eta = x.distension[k] * x.rho[k] / mat.rho0
     E_s, T_s = on_isentrope(eta, mat.isentrope)
     stored = (1.0 - thermal.heating_share) * x.plastic_work[k]
-    mean = thermal.mean_heat_capacity
-    T = T_s + heating(x.E[k] - E_s - stored, thermal.heat_capacity, mean, thermal.span)
+    hot = thermal.hot_heat_capacity
+    T = T_s + heating(x.E[k] - E_s - stored, thermal.heat_capacity, hot, thermal.span)
     T_m = melting_temperature(
         eta, thermal.melting_temperature, thermal.melting_gamma, thermal.melting_slope
     )
-    return share_molten(T, T_m, mean, thermal.heat_of_fusion)
+    return share_molten(T, T_m, hot, thermal.heat_of_fusion)
 
 
 MODEL = Model(

@@ -33,6 +33,7 @@ _MODULES = [
     "taylor",
     "taylor_johnson_cook",
     "taylor_6061",
+    "spall",
 ]
 
 PROBLEMS: dict[str, Problem] = {
