@@ -27,8 +27,12 @@ _MODULES = [
     "torus",
     "sphere",
     "tension",
+    "static_tension",
+    "necking",
     "verney",
     "taylor",
+    "taylor_johnson_cook",
+    "taylor_6061",
     "spall",
     "thin_plate",
 ]
