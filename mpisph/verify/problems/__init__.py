@@ -30,6 +30,7 @@ _MODULES = [
     "verney",
     "taylor",
     "spall",
+    "crater",
 ]
 
 PROBLEMS: dict[str, Problem] = {
