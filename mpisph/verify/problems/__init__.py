@@ -34,6 +34,7 @@ _MODULES = [
     "taylor_johnson_cook",
     "taylor_6061",
     "spall",
+    "crater",
     "thin_plate",
 ]
 
