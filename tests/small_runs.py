@@ -29,7 +29,9 @@ BREAKING = (
     *EXPOSED,
     "bodies.sphere.material=al-2017-t4",
     "bodies.plate.material=al-6061-t6",
+    "materials.al-2017-t4.failure=none",
     "materials.al-6061-t6.failure=spall",
+    "scheme.ductile=none",
     "scheme.thermal=heat-capacity",
     "scheme.heat.g1=0",
 )

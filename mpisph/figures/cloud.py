@@ -4,7 +4,6 @@ import math
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -57,6 +56,7 @@ from mpisph.figures.view import (
 from mpisph.io.snapshot import Snapshot, read_series, read_snapshot
 
 FIGURES_FOLDER = "figures"
+CONDITION_FILE = "condition.png"
 
 _MARGIN = 0.12
 # Right of the axes, where no colour bar is [in].
@@ -84,7 +84,7 @@ def draw_run(folder: Path, chosen: Sequence[Chosen] = ()) -> list[Path]:
     chosen : sequence of Chosen, optional
         What the colours show: one field, or those above and below the axis. By default
         it is the bodies; where models give it, the condition of the matter at the end
-        is drawn as well.
+        is drawn as well, in `CONDITION_FILE`.
 
     Returns
     -------
@@ -106,39 +106,30 @@ def draw_run(folder: Path, chosen: Sequence[Chosen] = ()) -> list[Path]:
     require_fields(chosen, first.arrays, folder)
     case = case_from_dict(tomllib.loads(first.case))
     view = common_view(paths, case)
+    home = folder / FIGURES_FOLDER
+    name = "_".join(each.field.name for each in chosen) or "cloud"
     stamps = _time_stamps([time for _, time in series])
-    shown = [_Shown(*each, t) for each, t in zip(series, stamps, strict=True)]
-    figures = [_draw_shown(folder, case, view, chosen, shown)]
+    figures = [home / f"{name}_{stamp}.png" for stamp in stamps]
+    _draw_series(case, view, chosen, series, figures)
     if not chosen and (condition := condition_fields(case)):
-        figures.append(_draw_shown(folder, case, view, condition, shown[-1:]))
-    return [path for drawn in figures for path in drawn]
+        figures.append(home / CONDITION_FILE)
+        _draw_series(case, view, condition, series[-1:], figures[-1:])
+    return figures
 
 
-class _Shown(NamedTuple):
-    """A snapshot that is drawn, its time [s], and how files say it."""
-
-    path: Path
-    time: float
-    stamp: str
-
-
-def _draw_shown(
-    folder: Path,
+def _draw_series(
     case: Case,
     view: View,
     chosen: Sequence[Chosen],
-    shown: Sequence[_Shown],
-) -> list[Path]:
-    """Draw snapshots with the same colours; return the figures."""
-    name = "_".join(each.field.name for each in chosen) or "cloud"
-    snapshots = (read_snapshot(each.path) for each in shown)
+    series: Sequence[tuple[Path, float]],
+    figures: Sequence[Path],
+) -> None:
+    """Draw snapshots, given with their times [s], with the same colours."""
+    snapshots = (read_snapshot(path) for path, _ in series)
     shadings = find_shadings(chosen, snapshots, view) or BODIES
-    figures = []
-    for path, time, stamp in shown:
-        figures.append(folder / FIGURES_FOLDER / f"{name}_{stamp}.png")
+    for (path, time), out in zip(series, figures, strict=True):
         exposure = exposure_at(case, time)
-        draw_cloud(path, case, figures[-1], None, exposure, view, shadings)
-    return figures
+        draw_cloud(path, case, out, None, exposure, view, shadings)
 
 
 def _time_stamps(times: list[float]) -> list[str]:
@@ -200,7 +191,10 @@ def draw_cloud(
             _fill_first_column(axes)
             _draw_sizes(axes, definition, measure, exposure, view)
         _add_count(axes, snapshot, definition, view, right - _MARGIN)
+        handles, names = axes.get_legend_handles_labels()
         figure.legend(
+            handles,
+            names,
             loc="lower left",
             bbox_to_anchor=(axes.get_position().x0 - 0.01, 0.0),
             ncols=_COLUMNS if exposure is None else 2,

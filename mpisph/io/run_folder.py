@@ -245,6 +245,7 @@ def remove_run(folder: Path) -> None:
     stale = [
         *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*"),
         *(folder / "figures").glob("*_[0-9]*us.png"),
+        folder / "figures" / "condition.png",
         folder / SERIES_FILE,
         folder / RESULT_FILE,
         folder / BODIES_FILE,

@@ -4,10 +4,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from mpisph.case.plausibility import LARGEST_CFL, LEAST_DAMPING
 from mpisph.verify.exact.elasticity import Elastic
-from mpisph.verify.problem import Array
+from mpisph.verify.problem import Array, Solved
 
 ALUMINIUM = Elastic(2700.0, 76e9, 26e9)
 
@@ -116,6 +117,22 @@ def round_section(
         "u_r": np.zeros(x.size),
         "u_z": np.zeros(x.size),
     }
+
+
+def lost_distance(solved: Solved) -> tuple[Array, Array]:
+    """Return times [s] and by how much the closest particles have come closer.
+
+    It is the largest part that any particle has lost of the distance to its nearest;
+    mirror images beyond the axis are among these.
+    """
+    times, distances = [], []
+    for at in solved.run.snapshots:
+        r, z = at["r"], at["z"]
+        points = np.column_stack([np.r_[r, -r], np.r_[z, z]])
+        distance = KDTree(points).query(points[: r.size], k=2)[0][:, 1]
+        times.append(at.time)
+        distances.append(distance)
+    return np.array(times), 1.0 - (np.array(distances) / distances[0]).min(axis=1)
 
 
 def zero_crossings(times: Array, values: Array) -> list[float]:

@@ -173,6 +173,10 @@ def test_materials_have_limits_and_models_of_their_own(data):
 
 
 MODEL_FIELDS = {"T", "melt", "damage", "ductile_damage", "distension"}
+NO_MODELS = {
+    "strength": "none",
+    **dict.fromkeys(("thermal", "failure", "ductile", "porosity"), "none"),
+}
 
 
 @pytest.mark.parametrize(
@@ -189,9 +193,12 @@ MODEL_FIELDS = {"T", "melt", "damage", "ductile_damage", "distension"}
 )  # fmt: skip
 def test_snapshots_carry_the_fields_of_the_models_in_use(data, models, given):
     """Though it be in the material of one body alone."""
-    data["bodies"][0]["material"] = "al-6061-t6"
+    materials = ["al-6061-t6", "al-lee2003"]
+    for body, material in zip(data["bodies"], materials, strict=True):
+        body["material"] = material
     data["materials"] = {
         "al-6061-t6": {
+            **NO_MODELS,
             **models,
             "grady-kipp": {"k": 1e30, "m": 8.0},
             "p-alpha": {

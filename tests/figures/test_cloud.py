@@ -336,6 +336,6 @@ def test_the_condition_of_the_matter_is_drawn_at_the_end(breaking, tmp_path, dra
         (tmp_path / name).symlink_to(breaking / name)
     *clouds, last = draw_run(tmp_path)
     assert all(path.name.startswith("cloud_") for path in clouds)
-    assert last.name == "damage_temperature_02.00us.png"
+    assert last.name == "condition.png"
     labels = [axes.get_ylabel() for axes in drawn[-1].axes[1:]]
     assert labels == ["damage", "temperature [K]"]

@@ -52,7 +52,7 @@ def test_ranges_are_those_of_the_first_fields():
     ("names", "ranges", "message"),
     [
         (["h", "speed", "melt"], [], "3 fields (h, speed, melt); a picture shows one"),
-        ([], [("0", "1")], "--range: given 1 times for 0 fields"),
+        ([], [("0", "1")], "--range: given 1 time for 0 fields"),
         (["body"], [("0", "1")], "body has names, and no range"),
         (["h"], [("1", "1")], "--range 1 1: the first must be less"),
         (["h"], [("0", "1 GPa")], "expected a length in m"),
@@ -88,5 +88,7 @@ def test_a_field_that_is_not_there_is_named_with_what_is():
 )
 def test_the_condition_is_what_models_give(overrides, names):
     alloys = [f"bodies.{name}.material=al-6061-t6" for name in ("sphere", "plate")]
-    case = load_case(CASES / "piekutowski-4-1353.toml", alloys + overrides)
+    none = [f"scheme.{kind}=none" for kind in ("thermal", "failure", "ductile")]
+    overrides = [*alloys, *none, *overrides]
+    case = load_case(CASES / "piekutowski-4-1353.toml", overrides)
     assert [each.field.name for each in condition_fields(case)] == names

@@ -209,8 +209,8 @@ def test_a_run_without_plate_sphere_and_measurements(tmp_path):
     page = page_of([folder], tmp_path / "report.html")
     assert "no measurements to compare with" in page.text
     assert not [heading for heading in page.headings if "experiment" in heading]
-    # One halfway and the last large, two small; no figures of a cloud.
-    assert len(page.pictures()) == 2 + 2 + 3 + 4
+    # One halfway and the last large, its condition, two small; no figures of a cloud.
+    assert len(page.pictures()) == 2 + 1 + 2 + 3 + 4
     times = [f"{t:.2f} µs after first contact" for t in (0.2, 0.3)]
     assert page.all("img", "alt")[:2] == times
     assert "measured" not in " ".join(page.words[: page.words.index("Set-up")])

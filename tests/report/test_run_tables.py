@@ -85,9 +85,13 @@ def test_materials(stored):
     assert table.columns == ("", "al-lee2003")
     assert [row[1].replace("\u00a0", " ") for row in table.rows][1:] == [
         "2710 kg/m³",
-        "Mie-Grüneisen: c0 5350 m/s, slope 1.49, gamma0 1.7",
+        "Mie-Grüneisen: c0 5350 m/s, slope 1.49, slope2 0, slope3 0, gamma0 1.7, "
+        "gamma slope 0",
+        "none",
+        "none",
         "elastic, perfectly plastic: shear modulus 25 GPa, yield strength 55 MPa",
         "minimum pressure: value 0 Pa, mode clamp",
+        "none",
     ]
 
 
@@ -96,12 +100,12 @@ def test_materials(stored):
     [
         (
             "scheme.p_min.value=-inf",
-            "failure",
+            "failure in tension",
             "minimum pressure: value -inf\u00a0Pa, mode clamp",
         ),
         (
             "scheme.p_min.mode=off",
-            "failure",
+            "failure in tension",
             "minimum pressure: value 0\u00a0Pa, mode off",
         ),
         ("scheme.strength=none", "strength", "none"),

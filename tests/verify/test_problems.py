@@ -32,6 +32,7 @@ FAULTS = {
     "plates": {"mie-grueneisen 3 km/s: energy nearer to the contact"},
     "precursor": {"stress between the waves (elastic limit)"},
     "taylor": {"plastic work over kinetic energy"},
+    "taylor-johnson-cook": {"temperature there with viscous heat"},
     "verney": {
         "square, 6 cm: inner radius where it is farthest off",
         "square, 6 cm: outer radius where it is farthest off",

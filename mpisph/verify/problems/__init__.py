@@ -27,10 +27,15 @@ _MODULES = [
     "torus",
     "sphere",
     "tension",
+    "static_tension",
+    "necking",
     "verney",
     "taylor",
+    "taylor_johnson_cook",
+    "taylor_6061",
     "spall",
     "crater",
+    "thin_plate",
 ]
 
 PROBLEMS: dict[str, Problem] = {

@@ -9,7 +9,6 @@ their distances must stay those that the strain gives.
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from mpisph.case import case_from_dict
 from mpisph.case.discretise import discretise
@@ -17,7 +16,12 @@ from mpisph.figures.style import Out
 from mpisph.verify.exact.elasticity import bar_stress
 from mpisph.verify.plots import Panel, draw_panels
 from mpisph.verify.problem import Array, Check, Problem, Setup, Solved, observed_order
-from mpisph.verify.solids import ALUMINIUM, solid_case, zero_crossings
+from mpisph.verify.solids import (
+    ALUMINIUM,
+    lost_distance,
+    solid_case,
+    zero_crossings,
+)
 
 _RADIUS = 2e-3
 _LENGTH = 16.0 * _RADIUS
@@ -84,22 +88,6 @@ def _middle(solved: Solved) -> tuple[Array, Array]:
     return np.array([at.time for at in shots]), np.array(stress)
 
 
-def _clumping(solved: Solved) -> tuple[Array, Array]:
-    """Return times [s] and by how much the closest particles have come closer.
-
-    It is the largest part that any particle has lost of the distance to its nearest;
-    mirror images beyond the axis are among these.
-    """
-    times, distances = [], []
-    for at in solved.run.snapshots:
-        r, z = at["r"], at["z"]
-        points = np.column_stack([np.r_[r, -r], np.r_[z, z]])
-        distance = KDTree(points).query(points[: r.size], k=2)[0][:, 1]
-        times.append(at.time)
-        distances.append(distance)
-    return np.array(times), 1.0 - (np.array(distances) / distances[0]).min(axis=1)
-
-
 def _exact(solved: Solved, times: Array) -> Array:
     """Return the exact mean stress of the same particles [Pa]."""
     first, near = solved.first, _near(solved)
@@ -116,7 +104,7 @@ def _check(solved: Sequence[Solved]) -> list[Check]:
         times, stress = _middle(each)
         passes.append(zero_crossings(times[1:], stress[1:])[0])
         peaks.append(float(stress[times < passes[-1]].max()))
-    times, closer = _clumping(solved[-1])
+    times, closer = lost_distance(solved[-1])
     return [
         Check.within(
             "time of a pass", 1e6 * passes[-1], 1e6 * _PASS, 1e6 * _PASS_BOUND * _PASS,
@@ -142,7 +130,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
     for each in solved:
         times, stress = _middle(each)
         stresses[each.label] = (times / _PASS, stress / 1e6)
-        times, closer = _clumping(each)
+        times, closer = lost_distance(each)
         distances[each.label] = (times / _PASS, 1.0 - closer)
         places[each.label] = (1e3 * each.last["z"], 1e3 * each.last["r"])
     line = np.linspace(0.0, times[-1], 400)
