@@ -16,7 +16,7 @@ from mpisph.case import Case, case_from_dict
 from mpisph.figures.style import Out
 from mpisph.verify.exact.crater import DEEPEST, SHALLOWEST, crater_depth
 from mpisph.verify.plots import Panel, draw_panels
-from mpisph.verify.problem import Array, Check, Problem, Setup, Solved, observed_order
+from mpisph.verify.problem import Array, Check, Problem, Setup, Solved
 
 _SPHERE, _TARGET = "al-2017-t4", "al-6061-t6"
 _DIAMETER = 9.53e-3
@@ -46,7 +46,7 @@ _NEAR_AXIS = 0.2
 
 def _setups(quick: bool) -> list[Setup]:
     fast, slow = _SPEEDS
-    chosen = [(3, fast)] if quick else [(4, fast), (8, fast), (8, slow)]
+    chosen = [(3, fast)] if quick else [(8, fast), (8, slow)]
     return [_setup(npr, speed) for npr, speed in chosen]
 
 
@@ -123,29 +123,21 @@ def _crater(solved: Solved) -> Crater:
 
 def _check(solved: Sequence[Solved]) -> list[Check]:
     checks = []
-    for speed in _SPEEDS:
-        group = [each for each in solved if each.run.case.bodies[0].velocity == speed]
-        if not group:
-            continue
-        found = [_crater(each) for each in group]
-        exact = _exact(group[-1].run.case)
-        name = f"{speed / 1e3:g} km/s: "
-        sizes = [each.run.case.spacing for each in group]
-        order = observed_order(sizes, [each.depth - exact for each in found])
-        last = found[-1]
+    for each in solved:
+        crater, exact = _crater(each), _exact(each.run.case)
+        name = f"{each.run.case.bodies[0].velocity / 1e3:g} km/s: "
         checks += [
             Check.within(
                 name + "depth of the crater",
-                1e3 * last.depth,
+                1e3 * crater.depth,
                 1e3 * exact,
                 1e3 * _DEPTH_BOUND * exact,
                 "mm",
-                order,
             ),
             Check(
                 name + "depth over diameter",
                 "",
-                last.depth / last.diameter,
+                crater.depth / crater.diameter,
                 0.5 * (SHALLOWEST + DEEPEST),
                 (1.0 - _SHAPE_BOUND) * SHALLOWEST,
                 (1.0 + _SHAPE_BOUND) * DEEPEST,
