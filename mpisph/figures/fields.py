@@ -12,6 +12,7 @@ import numpy.typing as npt
 from mpisph.case import Case
 from mpisph.core.errors import InputError
 from mpisph.core.particles import FloatArray
+from mpisph.core.words import counted
 from mpisph.inputs.quantities import si_value
 
 Arrays = Mapping[str, npt.NDArray[Any]]
@@ -147,6 +148,10 @@ SHOWN_FIELDS: Mapping[str, ShownField] = {
             ("plastic_strain",), _of("plastic_strain"),
         ),
         ShownField(
+            "distension", "distension", "", "", 1.0, "viridis", ("distension",),
+            _of("distension"),
+        ),
+        ShownField(
             "h", "smoothing length", "mm", "m", 1e3, "cividis", ("h",), _of("h")
         ),
         ShownField(
@@ -198,7 +203,8 @@ def choose_fields(
             "or two: one above the axis, another below"
         )
     if len(ranges) > len(names):
-        raise InputError(f"--range: given {len(ranges)} times for {len(names)} fields")
+        times, fields = counted(len(ranges), "time"), counted(len(names), "field")
+        raise InputError(f"--range: given {times} for {fields}")
     limits = [
         _range(SHOWN_FIELDS[name], *each)
         for name, each in zip(names, ranges, strict=False)

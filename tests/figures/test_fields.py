@@ -52,7 +52,7 @@ def test_ranges_are_those_of_the_first_fields():
     ("names", "ranges", "message"),
     [
         (["h", "speed", "melt"], [], "3 fields (h, speed, melt); a picture shows one"),
-        ([], [("0", "1")], "--range: given 1 times for 0 fields"),
+        ([], [("0", "1")], "--range: given 1 time for 0 fields"),
         (["body"], [("0", "1")], "body has names, and no range"),
         (["h"], [("1", "1")], "--range 1 1: the first must be less"),
         (["h"], [("0", "1 GPa")], "expected a length in m"),

@@ -13,8 +13,9 @@ from launch import CASES, MPISPH, call, launch
 from small_runs import EXPOSED, small_run
 
 from mpisph.case import load_case
-from mpisph.core.errors import MpisphError
+from mpisph.core.errors import InputError, MpisphError
 from mpisph.figures import movie as module
+from mpisph.figures.fields import choose_fields
 from mpisph.figures.movie import FILM, Frame, animate, default_rate, find_ffmpeg
 from mpisph.figures.view import View
 
@@ -95,6 +96,12 @@ def test_one_snapshot_makes_no_film(folder, tmp_path):
     assert not (tmp_path / "film.mp4").exists()
 
 
+def test_a_field_that_the_run_lacks_makes_no_film(folder, tmp_path):
+    with pytest.raises(InputError, match=r"no melt: .*; there are pressure, density"):
+        animate(folder, tmp_path / "x.mp4", chosen=choose_fields(["melt"], []))
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.fixture
 def no_package(monkeypatch):
     """imageio-ffmpeg is not installed."""
@@ -140,7 +147,7 @@ def test_a_film_takes_the_place_of_another_at_once(folder, tmp_path):
     out, kept = tmp_path / "film.mp4", tmp_path / "kept.mp4"
     out.write_text("the film before")
     kept.hardlink_to(out)
-    animate(folder, out)
+    animate(folder, out, chosen=choose_fields(["speed", "body"], []))
     # Not written over: who is watching sees the old one to its end.
     assert kept.read_text() == "the film before"
     assert len(read(out)[1]) == SNAPSHOTS

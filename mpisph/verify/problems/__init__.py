@@ -34,6 +34,8 @@ _MODULES = [
     "taylor_johnson_cook",
     "taylor_6061",
     "spall",
+    "crater",
+    "thin_plate",
 ]
 
 PROBLEMS: dict[str, Problem] = {
