@@ -195,6 +195,21 @@ def test_the_temperature_r13_is_that_of_the_solid():
         assert point.get("T") == approx(solid.get("T"), rel=1e-13)
 
 
+def test_the_shear_modulus_r15_is_that_at_the_density_of_the_solid():
+    steinberg = {"shear_modulus": 27.6e9, "yield_strength": 0.29e9, "beta": 125.0}
+    steinberg |= {"largest_yield_strength": 0.68e9, "n": 0.1, "A": 6.52e-9, "B": 0.0}
+    point = Point(
+        porous(choices={"strength": "steinberg-guinan"}, steinberg_guinan=steinberg)
+    )
+    point.set(rho=1.02 * RHO0 / ALPHA0)
+    point.respond(0.0)
+    P, alpha, rho = point.get("P", "distension", "rho")
+    assert alpha > 1.1
+    eta = alpha * rho / RHO0
+    want = 27.6e9 * (1.0 + 6.52e-9 * P / eta ** (1 / 3))
+    assert point.get("G") == approx(want, rel=1e-13)
+
+
 ROW = material_table([porous("mie-grueneisen")])[0]
 
 

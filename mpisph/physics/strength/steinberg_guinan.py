@@ -79,7 +79,8 @@ def steinberg_yield(strain, G, mat):
 
 @njit(**ENTRY)
 def _shear_modulus(x, k, mat):
-    return steinberg_modulus(x.rho[k] / mat.rho0, x.P[k], x.T[k], mat.steinberg_guinan)
+    eta = x.distension[k] * x.rho[k] / mat.rho0
+    return steinberg_modulus(eta, x.P[k], x.T[k], mat.steinberg_guinan)
 
 
 @njit(**ENTRY)
