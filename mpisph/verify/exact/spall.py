@@ -8,6 +8,7 @@ References
 ----------
 Antoun, Seaman, Curran, Kanel, Razorenov, Utkin (2003), Spall Fracture, Springer,
 section 2: strength ``rho c du/2`` from the pull-back ``du`` of the rear face.
+Romanchenko, Stepanov (1980), J. Appl. Mech. Tech. Phys. 21, 555-561: with strength.
 """
 
 import math
@@ -55,6 +56,27 @@ def velocity_in_tension(matter: Matter, tension: float) -> float:
         energy += (P + 0.5 * step) / (density - 0.5 * change) ** 2 * change
         P += step
     return velocity
+
+
+def pull_back_of_solid(
+    tension: float, density: float, bulk_speed: float, longitudinal_speed: float
+) -> float:
+    """Return the pull-back of a plate of an elastic, plastic solid [m/s].
+
+    The release that the crack stops is a plastic wave, of the bulk sound speed; what
+    comes from the crack is an elastic one and runs faster: the tension is ``rho du c_b
+    c_l/(c_b + c_l)``.
+
+    Parameters
+    ----------
+    tension : float
+        Along the motion [Pa].
+    density : float
+        [kg/m3].
+    bulk_speed, longitudinal_speed : float
+        [m/s].
+    """
+    return tension / density * (1.0 / bulk_speed + 1.0 / longitudinal_speed)
 
 
 class Crack(NamedTuple):

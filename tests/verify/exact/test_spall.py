@@ -6,7 +6,7 @@ from oracles import approx
 from scipy.integrate import solve_ivp
 
 from mpisph.verify.exact.shocks import Matter
-from mpisph.verify.exact.spall import Crack, velocity_in_tension
+from mpisph.verify.exact.spall import Crack, pull_back_of_solid, velocity_in_tension
 
 RHO0, C0 = 2700.0, 5350.0
 CRACK = Crack(2.2e9, 1.2e9, 2e4, RHO0 * C0)
@@ -39,6 +39,12 @@ def test_the_energy_of_an_isentrope_counts():
 def test_matter_that_bears_no_such_tension_has_no_velocity():
     with pytest.raises(ValueError, match="no tension of 2e"):
         velocity_in_tension(Matter(1.0, lambda rho, _: 1e9 * np.sin(rho - 1.0)), 2e9)
+
+
+def test_the_pull_back_of_a_solid_is_between_those_of_both_waves():
+    assert pull_back_of_solid(1.2e9, RHO0, C0, C0) == approx(2.4e9 / (RHO0 * C0))
+    found = pull_back_of_solid(1.2e9, RHO0, C0, 6500.0)
+    assert 1.2e9 == approx(RHO0 * C0 * 6500.0 / (C0 + 6500.0) * found)
 
 
 def test_a_crack_opens_by_its_equation_of_motion():
