@@ -282,7 +282,7 @@ def _warn_of_viscosity(case: Case) -> Iterator[str]:
         yield (
             f"scheme.viscosity.alpha: with {viscosity.alpha:g} particles pass through "
             "each other at a shock, and internal energies fall below zero; take "
-            f"{_LEAST_VISCOSITY:g} or more (default 1)"
+            f"{_LEAST_VISCOSITY:g} or more (default 1.5)"
         )
     elastic = any(m.names["strength"] != "none" for m in case.material_table)
     if (

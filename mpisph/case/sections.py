@@ -90,7 +90,7 @@ class Initial(FrozenModel):
 class Viscosity(FrozenModel):
     """Artificial viscosity (R5)."""
 
-    alpha: NonNegative = 1.0
+    alpha: NonNegative = 1.5
     """Coefficient of the term linear in velocity."""
     beta: NonNegative = 2.0
     """Coefficient of the term quadratic in velocity."""

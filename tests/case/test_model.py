@@ -15,7 +15,7 @@ def test_defaults_are_those_of_the_base_case(data):
     assert scheme.eos == "mie-grueneisen"
     assert scheme.strength == "elastic-plastic"
     viscosity = scheme.viscosity
-    assert (viscosity.alpha, viscosity.beta, viscosity.epsilon) == (1.0, 2.0, 0.001)
+    assert (viscosity.alpha, viscosity.beta, viscosity.epsilon) == (1.5, 2.0, 0.001)
     assert viscosity.form == "derived"
     assert (scheme.heat.enabled, scheme.heat.g1, scheme.heat.g2) == (True, 0.0, 1.0)
     assert (scheme.p_min.value, scheme.p_min.mode) == (0.0, "clamp")
@@ -226,7 +226,7 @@ def test_toml_round_trip_is_exact_and_complete(data):
     again = case_from_dict(tomllib.loads(text))
     assert again == case
     assert again.to_toml() == text
-    assert tomllib.loads(text)["scheme"]["viscosity"]["alpha"] == 1.0
+    assert tomllib.loads(text)["scheme"]["viscosity"]["alpha"] == 1.5
     assert tomllib.loads(text)["bodies"][0]["radius"] == 0.005
 
 
