@@ -2,7 +2,8 @@
 
 References
 ----------
-Johnson, Cook (1985), Eng. Fract. Mech. 21, 31.
+Johnson, Cook (1985), Eng. Fract. Mech. 21, 31. Bao, Wierzbicki (2005), Eng. Fract.
+Mech. 72, 1049: the triaxiality below which nothing breaks.
 """
 
 import math
@@ -20,8 +21,9 @@ from mpisph.physics.stress import equivalent_stress
 
 Coefficient = Annotated[float, Field(ge=-100, le=100), Quantity("")]
 
-LOWEST_TRIAXIALITY, HIGHEST_TRIAXIALITY = -10.0, 1.5
-"""Mean stress over equivalent stress within which the law is taken."""
+LOWEST_TRIAXIALITY, HIGHEST_TRIAXIALITY = -1.0 / 3.0, 1.5
+"""Mean stress over equivalent stress: at the first and below, that of a bar in
+compression, no strain breaks matter; above the second the law is taken there."""
 
 SHEAR, UNIAXIAL = 0.0, 1.0 / 3.0
 """Triaxialities of pure shear, and of a bar in tension."""
@@ -89,7 +91,7 @@ class JohnsonCookDamage(Sourced):
 
 @njit(**EXACT)
 def fracture_strain(triaxiality, rate, T, mat):
-    """Return the equivalent plastic strain to fracture (R18).
+    """Return the equivalent plastic strain to fracture, infinite if pressed (R18).
 
     Parameters
     ----------
@@ -101,9 +103,11 @@ def fracture_strain(triaxiality, rate, T, mat):
         Temperature [K].
     mat : record of JohnsonCookDamage
     """
+    if triaxiality <= LOWEST_TRIAXIALITY:
+        return math.inf
     hot = homologous_temperature(T, mat.reference_temperature, mat.melting_temperature)
     fast = math.log(max(rate / mat.reference_rate, 1.0))
-    within = min(max(triaxiality, LOWEST_TRIAXIALITY), HIGHEST_TRIAXIALITY)
+    within = min(triaxiality, HIGHEST_TRIAXIALITY)
     shape = mat.D1 + mat.D2 * math.exp(mat.D3 * within)
     strain = shape * (1.0 + mat.D4 * fast) * (1.0 + mat.D5 * hot)
     return max(strain, mat.least_strain)
