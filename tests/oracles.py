@@ -17,6 +17,7 @@ import pytest
 
 from mpisph.core.particles import Particles
 from mpisph.materials.model import TABLES
+from mpisph.physics.artificial_stress import artificial_stress
 from mpisph.physics.kernel import XI_FAR
 from mpisph.physics.response import KINDS, MaterialModels, material_table, respond
 from mpisph.physics.scheme import SchemeConstants
@@ -114,6 +115,7 @@ SCHEME = SchemeConstants(
     self_term=True,
     smoothing=AXISYMMETRIC,
     sound_speed_floor=0.01,
+    artificial_stress=artificial_stress(0.2, 1.5, 3.0),
 )
 
 
@@ -512,10 +514,32 @@ class BruteForce:
             speed = share * (scheme.alpha * c_ab - scheme.beta * mu)
             damping += (m / rho_ab * mean * speed).sum()
 
+        if not scheme.lee2003:
+            held, u = self._held_apart(a, b, h)
+            held *= np.stack([(cos * W).mean(1), mean], axis=-1)
+            weight = m / rho / p.rho[a] * F
+            du[[0, 2]] -= weight @ held
+            dE += 0.5 * (weight * (held * u).sum(1)).sum()
+
         zeta = 0.5 * (self.zeta[a] + self.zeta[b])
         flow = 2.0 * zeta / rho_ab * (p.E[a] - p.E[b]) * F * mean
         crowding = (m / rho * eta * mean).sum()
         return L, K, du, dE + (m * flow).sum(), damping, crowding, b.size
+
+    def _held_apart(self, a, b, h):
+        """Return tractions that are taken back (R21), and differences of velocity."""
+        p, s = self.p, self.scheme.artificial_stress
+        x = np.stack([p.r[a] - p.r[b], p.z[a] - p.z[b]], axis=-1)
+        stress = (self.stress[a] + self.stress[b])[:, ::2, ::2]
+        t = np.einsum("bij,bj->bi", stress, x)
+        size = np.linalg.norm(x, axis=1) * np.linalg.norm(t, axis=1)
+        cosine = (t * x).sum(1) / np.where(size > 0.0, size, 1.0)
+        spacings2 = (x**2).sum(1) / h**2 * s.per_spacing
+        near = np.clip((2.25 - spacings2) / 1.25, 0.0, None)
+        share = s.strength * (s.g - near**2) * np.where(cosine < 0.0, cosine**2, 0.0)
+        held = share[:, None] * t
+        u = np.stack([p.u_r[a] - p.u_r[b], p.u_z[a] - p.u_z[b]], axis=-1)
+        return held, u
 
     def _approach(self, a, b, h, W, mean):
         """Yield the nodes of each pair (R5): weight, N, r-z distance, its square.

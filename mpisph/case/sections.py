@@ -154,6 +154,8 @@ class Scheme(FrozenModel):
     """Model of ductile failure (R18) of all materials that name none."""
     viscosity: Viscosity = Viscosity()
     """Artificial viscosity (R5)."""
+    artificial_stress: NonNegative = 0.1
+    """Share of a tension that holds neighbours apart, in the consistent form (R21)."""
     heat: Heat = Heat()
     """Artificial heat conduction (R6)."""
     p_min: MinimumPressure = MinimumPressure()

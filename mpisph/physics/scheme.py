@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from mpisph.physics.artificial_stress import ArtificialStress
+
 
 class SchemeConstants(NamedTuple):
     """Numerical parameters of R1-R10.
@@ -24,6 +26,8 @@ class SchemeConstants(NamedTuple):
         One of `smoothing.MODES` (R10).
     sound_speed_floor : float
         Smallest sound speed in units of the bulk sound speed (R8).
+    artificial_stress : ArtificialStress
+        Of the consistent form alone (R21).
     """
 
     lee2003: bool
@@ -37,3 +41,4 @@ class SchemeConstants(NamedTuple):
     self_term: bool
     smoothing: int
     sound_speed_floor: float
+    artificial_stress: ArtificialStress

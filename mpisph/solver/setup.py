@@ -12,6 +12,7 @@ from mpisph.diagnostics.cloud import cloud_definition
 from mpisph.diagnostics.series import Scales
 from mpisph.diagnostics.stability import Bounds
 from mpisph.parallel.decomposition import Cut
+from mpisph.physics.artificial_stress import artificial_stress
 from mpisph.physics.response import material_table
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import MODES
@@ -36,6 +37,9 @@ def make_scheme(case: Case) -> SchemeConstants:
         self_term=s.self_term,
         smoothing=MODES[s.smoothing],
         sound_speed_floor=s.sound_speed_floor,
+        artificial_stress=artificial_stress(
+            s.artificial_stress, case.resolution.nph, s.kappa
+        ),
     )
 
 

@@ -13,6 +13,7 @@ from numba import njit
 
 from mpisph.core.jit import EXACT, INLINE
 from mpisph.core.stack import align_stack
+from mpisph.physics.artificial_stress import repulsion
 from mpisph.physics.heat import heat_flow
 from mpisph.physics.kernel import XI_FAR, ring_averages, ring_averages_far
 from mpisph.physics.viscosity import (
@@ -128,7 +129,7 @@ def mean(w, one, other):
 
 
 @njit(**INLINE)
-def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, h2_r, theta_a, scheme, lee2003):
+def pair_terms(a, b, kernel, nodes, dr, dz, d2, q2, h, h2_r, theta_a, scheme, lee2003):
     """Return what ring b adds to the sums of ring a (R2, R3, R4, R5, R6).
 
     Parameters
@@ -140,6 +141,8 @@ def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, h2_r, theta_a, scheme, lee200
         Of the average over the angle (see `viscosity.Nodes`).
     dr, dz, d2 : float
         Differences a - b [m] and their squares' sum [m2].
+    q2 : float
+        That sum over h^2.
     h, h2_r : float
         Pair mean of h, and its square over r_b [m].
     theta_a : float
@@ -197,7 +200,15 @@ def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, h2_r, theta_a, scheme, lee200
     warming += heat_flow(a.two_zeta + b.two_zeta, a.E, b.E)
     scale = (4.0 * a.half_rho * b.half_rho) * inv_rho
     scale_A0 = scale * A0
+    heat = scale_A0 * warming
     P, P_hoop = scale * P, scale * P_hoop
+    held_r = held_z = 0.0
+    if lee2003 is None:
+        t_r = dr * (a.s_rr + b.s_rr) + dz * (a.s_rz + b.s_rz)
+        t_z = dr * (a.s_zr + b.s_zr) + dz * (a.s_zz + b.s_zz)
+        share = repulsion(q2, dr, dz, d2, t_r, t_z, scheme.artificial_stress)
+        held_r, held_z = A1 * (share * t_r), A0 * (share * t_z)
+        heat += held_r * (a.u_r - b.u_r) + held_z * (a.u_z - b.u_z)
 
     # Weights of a's stress and of b's. In that of b, r_a s2 = A1 h2/(2 r_b).
     d_ratio = ratio_b - ratio_a
@@ -208,9 +219,9 @@ def pair_terms(a, b, kernel, nodes, dr, dz, d2, h, h2_r, theta_a, scheme, lee200
     return (
         (x, y, A1 * h2, z_A0, q),
         w_a,
-        w_b * stress_r + dr_A0 * P + hoop * P_hoop,
-        w_b * stress_z + z_A0 * P,
-        scale_A0 * warming,
+        w_b * stress_r + dr_A0 * P + hoop * P_hoop + held_r,
+        w_b * stress_z + z_A0 * P + held_z,
+        heat,
         scale_A0 * h2 * speed,
         h2 * A0 * b_eta,
     )
@@ -287,7 +298,19 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
                 1.0 if scheme.printed else near[2],
             )
         averages, w_a, t_r, t_z, t_heat, t_damping, t_crowding = pair_terms(
-            a, b, kernel, nodes, dr, dz, d2, h, h2_r, theta_a, scheme, lee2003
+            a,
+            b,
+            kernel,
+            nodes,
+            dr,
+            dz,
+            d2,
+            d2 * inv_h2,
+            h,
+            h2_r,
+            theta_a,
+            scheme,
+            lee2003,
         )
         own = added(own, gradient_terms(a, b, w_a, averages, dz))
         if lee2003 is not None:
