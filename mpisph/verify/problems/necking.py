@@ -3,10 +3,8 @@
 Heavy grips fly apart, and the bar between them starts with the velocity that stretches
 it evenly, so that inertia is small. It is a little thinner in the middle, where the
 load has its maximum at the strain of Considère. Beyond it the middle alone goes on,
-until Johnson and Cook's strain to fracture is used up.
-
-The smoothing length is 2 spacings. With 1.5 neighbouring rows of particles pair in the
-neck from a strain of 0.35 on, where they are 0.8 h apart, and part before it breaks.
+until Johnson and Cook's strain to fracture is used up. Without artificial stress rows
+of particles pair in the neck from a strain of 0.35 on, and part before it breaks.
 """
 
 from collections.abc import Sequence
@@ -49,7 +47,6 @@ _OUTPUTS = 72
 _FROM = 0.05
 # Strain from which the load is compared; waves of the start have run out.
 
-_NPH = 2.0
 _COUNTS = (4, 8)
 # Particles along the radius.
 
@@ -94,7 +91,7 @@ def _setup(count: int) -> Setup:
                 for name, z, length, material in parts
             ],
             "materials": {"bar": bar, "grip": material_of(heavy)},
-            "resolution": {"spacing": _RADIUS / count, "nph": _NPH},
+            "resolution": {"spacing": _RADIUS / count},
             "scheme": {
                 "viscosity": {"alpha": 0.5, "beta": 0.5},
                 "heat": {"enabled": False},
