@@ -175,11 +175,12 @@ def _check(solved: Sequence[Solved]) -> list[Check]:
     gaps = np.diff(heights)
     widest = int(gaps.argmax())
     place = 0.5 * (heights[widest] + heights[widest + 1]) / _RADIUS
+    coarser = last.run.case.spacing * _COUNTS[-1] / _RADIUS
     pieces = 1 + int((gaps > 0.5 * _RADIUS).sum())
     return [
         Check.at_most(
             "load up to its maximum, mean error", middle.error(),
-            _LOAD_BOUND * last.run.case.spacing * _COUNTS[-1] / _RADIUS,
+            _LOAD_BOUND * coarser,
         ),
         Check.within(
             "greatest load over the first area", load / 1e6, greatest,
@@ -190,7 +191,7 @@ def _check(solved: Sequence[Solved]) -> list[Check]:
         ),
         Check.within(
             "strain of the neck, broken", middle.strain[-1], fracture,
-            _STRAIN_BOUND * fracture,
+            _STRAIN_BOUND * coarser * fracture,
         ),
         Check.within("pieces", pieces, 2.0, 0.0),
         Check.at_most(

@@ -1,9 +1,9 @@
 """A bar and a wall are held under tension between rigid planes.
 
 They start in equilibrium, with random velocities of a few m/s, and nothing is to happen
-but that these die away. SPH under tension is unstable: neighbours attract each other, if
-nothing holds them apart. The scheme is the program's default. The lower stress is one
-that 6061-T6 bears; the higher one is near the spall strength of aluminium.
+but that these die away. SPH under tension is unstable: neighbours attract each other,
+if nothing holds them apart. The scheme is the program's default. The lower stress is
+one that 6061-T6 bears; the higher one is near the spall strength of aluminium.
 """
 
 from collections.abc import Sequence
