@@ -306,7 +306,7 @@ def _draw_flaws(card: Material, axes: Axes) -> None:
 def _draw_fracture(card: Material, axes: Axes) -> None:
     """Draw the strain to fracture over the triaxiality."""
     constants = card.constants("johnson-cook-damage")
-    triaxiality = np.linspace(-0.5, 1.5, 101)
+    triaxiality = np.linspace(-0.33, 1.5, 101)  # below, nothing breaks
     heated = _heated(card, constants)
     for T, colour in heated:
         strain = fracture_strains(constants, triaxiality, _SLOW, T)

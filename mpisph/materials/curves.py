@@ -215,7 +215,7 @@ def yield_stresses(
     """
     matter = Particles.zeros(strain.size)
     increment = rate * _INSTANT
-    matter.rho[:], matter.T[:] = table["rho0"][0], T
+    matter.rho[:], matter.T[:], matter.distension[:] = table["rho0"][0], T, 1.0
     matter.plastic_strain[:] = np.maximum(strain - increment, 0.0)
     state, row = matter.material_state(), table[0]
     found = np.zeros(strain.size)

@@ -42,6 +42,7 @@ times = ["0.1 us"]
 
 [set]
 "resolution.npr" = 3
+"resolution.nph" = 2.0
 "bodies.plate.radius" = "8 mm"
 "time.end" = "0.2 us"
 "output.every" = "0.1 us"
