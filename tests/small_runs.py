@@ -25,24 +25,26 @@ EXPOSED = (
 )
 """Shot 4-1353, coarse and short: 10 snapshots, an exposure reached, one not."""
 
-BREAKING = (
-    *EXPOSED,
+ALLOYS = (
     "bodies.sphere.material=al-2017-t4",
     "bodies.plate.material=al-6061-t6",
+    "scheme.thermal=heat-capacity",
+    "scheme.heat.g1=0",
+)
+"""Those of the experiment, with temperatures."""
+
+BREAKING = (
+    *EXPOSED,
+    *ALLOYS,
     "materials.al-2017-t4.failure=none",
     "materials.al-6061-t6.failure=spall",
     "scheme.ductile=none",
-    "scheme.thermal=heat-capacity",
-    "scheme.heat.g1=0",
 )
 """The same of alloys that melt, of which the plate's breaks."""
 
 MODELS = (
+    *ALLOYS,
     "bodies.sphere.velocity=4 km/s",
-    "scheme.heat.g1=0",
-    "bodies.sphere.material=al-2017-t4",
-    "bodies.plate.material=al-6061-t6",
-    "scheme.thermal=heat-capacity",
     "materials.al-2017-t4.strength=steinberg-guinan",
     "materials.al-2017-t4.failure=grady-kipp",
     "materials.al-2017-t4.grady-kipp.k=4e35",

@@ -12,8 +12,10 @@ from mpisph.case.bodies import Body
 from mpisph.case.contact import first_contact, meeting_time, plane_times
 from mpisph.case.model import Case
 from mpisph.case.profiles import starting_state
+from mpisph.case.sections import Resolution, Viscosity
 from mpisph.case.shapes.section import FloatArray
 from mpisph.core.errors import CaseError
+from mpisph.inputs.quantities import FrozenModel
 from mpisph.materials.doubts import doubtful_constants
 from mpisph.physics.eos import GASES
 from mpisph.physics.eos.table import Tabulated
@@ -259,6 +261,11 @@ def _warn_of_heat(case: Case) -> Iterator[str]:
         )
 
 
+def _default(section: type[FrozenModel], name: str) -> str:
+    """Return the default of a setting as text."""
+    return f"{section.model_fields[name].default:g}"
+
+
 def _warn_of_smoothing(case: Case) -> Iterator[str]:
     """Warn of too few particles, or too few neighbours."""
     npr, nph = case.resolution.npr, case.resolution.nph
@@ -271,7 +278,7 @@ def _warn_of_smoothing(case: Case) -> Iterator[str]:
         yield (
             f"resolution.nph: with {nph:g} a particle has too few neighbours, and "
             "internal energies fall far below zero; take "
-            f"{_LEAST_NPH:g} or more (default 1.5)"
+            f"{_LEAST_NPH:g} or more (default {_default(Resolution, 'nph')})"
         )
 
 
@@ -282,7 +289,7 @@ def _warn_of_viscosity(case: Case) -> Iterator[str]:
         yield (
             f"scheme.viscosity.alpha: with {viscosity.alpha:g} particles pass through "
             "each other at a shock, and internal energies fall below zero; take "
-            f"{_LEAST_VISCOSITY:g} or more (default 1.5)"
+            f"{_LEAST_VISCOSITY:g} or more (default {_default(Viscosity, 'alpha')})"
         )
     elastic = any(m.names["strength"] != "none" for m in case.material_table)
     if (

@@ -21,7 +21,6 @@ from mpisph.core.jit import INLINE
 REACH = 2.25
 """Square of the distance in spacings at which f ends: beyond a cell's diagonal."""
 
-
 TINY = 1e-200
 """Keeps a ratio finite where there is no stress [Pa2 m4]."""
 

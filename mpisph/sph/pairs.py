@@ -130,7 +130,7 @@ def mean(w, one, other):
 
 @njit(**INLINE)
 def pair_terms(a, b, kernel, nodes, dr, dz, d2, q2, h, h2_r, theta_a, scheme, lee2003):
-    """Return what ring b adds to the sums of ring a (R2, R3, R4, R5, R6).
+    """Return what ring b adds to the sums of ring a (R2-R6, R21).
 
     Parameters
     ----------
@@ -298,20 +298,9 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
                 1.0 if scheme.printed else near[2],
             )
         averages, w_a, t_r, t_z, t_heat, t_damping, t_crowding = pair_terms(
-            a,
-            b,
-            kernel,
-            nodes,
-            dr,
-            dz,
-            d2,
-            d2 * inv_h2,
-            h,
-            h2_r,
-            theta_a,
-            scheme,
+            a, b, kernel, nodes, dr, dz, d2, d2 * inv_h2, h, h2_r, theta_a, scheme,
             lee2003,
-        )
+        )  # fmt: skip
         own = added(own, gradient_terms(a, b, w_a, averages, dz))
         if lee2003 is not None:
             volume = added(volume, gradient_terms(a, b, 1.0, averages, dz))

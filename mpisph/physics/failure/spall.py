@@ -118,11 +118,17 @@ def _limited(P, excess):
 
 
 @njit(**ENTRY)
-def _limit_tension(x, k, mat):
+def _tension(x, k, mat):
+    """Return the pressure between the cracks, and the excess of its tension [Pa]."""
+    # Without a branch here, no references to the arrays are counted.
     D = x.damage[k]
     P = _between_cracks(x.P[k], x.rho[k], x.E[k], x.distension[k], D, x.h[k], mat)
-    excess = _excess(P, x.S_rr[k], x.S_zz[k], x.S_rz[k], D, mat.spall)
-    return _limited(P, excess), 1.0 - D
+    return P, _excess(P, x.S_rr[k], x.S_zz[k], x.S_rz[k], D, mat.spall)
+
+
+@njit(**ENTRY)
+def _limit_tension(x, k, mat):
+    return _limited(*_tension(x, k, mat)), 1.0 - x.damage[k]
 
 
 @njit(**EXACT)
@@ -139,10 +145,7 @@ def _growth(excess, m, r, h, rho, c, G, mat, dt):
 
 @njit(**ENTRY)
 def _damage_growth(x, k, mat, dt):
-    # Without a branch here, no references to the arrays are counted.
-    D = x.damage[k]
-    P = _between_cracks(x.P[k], x.rho[k], x.E[k], x.distension[k], D, x.h[k], mat)
-    excess = _excess(P, x.S_rr[k], x.S_zz[k], x.S_rz[k], D, mat.spall)
+    _, excess = _tension(x, k, mat)
     return _growth(excess, x.m[k], x.r[k], x.h[k], x.rho[k], x.c[k], x.G[k], mat, dt)
 
 

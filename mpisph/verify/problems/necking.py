@@ -13,6 +13,7 @@ import numpy as np
 
 from mpisph.case import case_from_dict
 from mpisph.case.discretise import discretise
+from mpisph.diagnostics.condition import BROKEN
 from mpisph.figures.style import Out
 from mpisph.verify.exact.elasticity import Elastic
 from mpisph.verify.exact.necking import (
@@ -160,7 +161,7 @@ class _Middle:
 def _sound(solved: Solved) -> Array:
     """Return the heights of what is not broken at the end, sorted [m]."""
     last = solved.last
-    heights: Array = np.sort(last["z"][last["damage"] < 1.0])
+    heights: Array = np.sort(last["z"][last["damage"] < BROKEN])
     return heights
 
 

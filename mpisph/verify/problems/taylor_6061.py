@@ -3,8 +3,8 @@
 The measured lengths of 57 rods of three laboratories lie on one curve, whatever their
 length over the diameter. The diameters of their feet differ by a fifth between the
 laboratories at the same speed, and are left out. The strength models of the card are
-taken as they stand, without damage: by that of Johnson and Cook the foot fails at a
-strain of 0.9, and a rod at 400 m/s is left with 0.52 of its length instead of 0.66.
+taken as they stand, without damage: by that of the card a third of a rod at 400 m/s
+breaks, and it is left with 0.58 of its length instead of 0.66.
 """
 
 from collections.abc import Sequence

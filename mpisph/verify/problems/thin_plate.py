@@ -13,6 +13,7 @@ import numpy as np
 from mpisph.analysis.fragments import find_fragments
 from mpisph.case import case_from_dict
 from mpisph.diagnostics.cloud import cloud_definition
+from mpisph.diagnostics.condition import BROKEN
 from mpisph.figures.style import Out
 from mpisph.verify.plots import Panel, draw_panels
 from mpisph.verify.problem import Check, Problem, Setup, Solved
@@ -83,8 +84,8 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
         sets = {}
         for name, chosen in (
             ("sound", at["damage"] <= 0.0),
-            ("cracked", (at["damage"] > 0.0) & (at["damage"] < 1.0)),
-            ("broken", at["damage"] >= 1.0),
+            ("cracked", (at["damage"] > 0.0) & (at["damage"] < BROKEN)),
+            ("broken", at["damage"] >= BROKEN),
         ):
             k = sphere & chosen
             sets[name] = (1e3 * at["z"][k], 1e3 * at["r"][k])
