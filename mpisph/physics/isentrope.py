@@ -19,7 +19,8 @@ LARGEST_COMPRESSION = 0.6
 
 _SUBSTEPS = 8
 
-_COLUMNS = ("E", "dE", "T", "dT")
+# Not T: of a record without compiling, that is its transpose.
+_COLUMNS = ("energy", "energy_slope", "temperature", "temperature_slope")
 ISENTROPE = np.dtype((np.record, [(n, np.float64, (NODES,)) for n in _COLUMNS]))
 """Energy [J/kg] and temperature over ``x = 1 - rho0/rho``, and their slopes."""
 
@@ -48,8 +49,9 @@ def fill_isentrope(mat, T0):
     dx = LARGEST_COMPRESSION / (NODES - 1) / _SUBSTEPS
     for node in range(NODES):
         x = node * dx * _SUBSTEPS
-        curve.E[node], curve.T[node] = E, T
-        curve.dE[node], curve.dT[node] = _slopes(x, E, T, mat)
+        curve.energy[node], curve.temperature[node] = E, T
+        slopes = _slopes(x, E, T, mat)
+        curve.energy_slope[node], curve.temperature_slope[node] = slopes
         for _ in range(_SUBSTEPS):  # fourth order, Runge-Kutta
             a, A = _slopes(x, E, T, mat)
             b, B = _slopes(x + 0.5 * dx, E + 0.5 * dx * a, T + 0.5 * dx * A, mat)
@@ -63,21 +65,22 @@ def fill_isentrope(mat, T0):
 @njit(**EXACT)
 def on_isentrope(eta, curve):
     """Return energy [J/kg] and temperature [K] of the isentrope at rho/rho0 (R13)."""
+    E, dE = curve.energy, curve.energy_slope
+    T, dT = curve.temperature, curve.temperature_slope
     if eta <= 1.0:
-        return curve.E[0], curve.T[0]
+        return E[0], T[0]
     width = LARGEST_COMPRESSION / (NODES - 1)
     x = (1.0 - 1.0 / eta) / width
     last = NODES - 1
     if x >= last:
         beyond = (x - last) * width
-        return (
-            curve.E[last] + beyond * curve.dE[last],
-            curve.T[last] + beyond * curve.dT[last],
-        )
+        return E[last] + beyond * dE[last], T[last] + beyond * dT[last]
     i = int(x)
     s = x - i
     a, b = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
     c, d = width * s * (1.0 - s) ** 2, width * s * s * (s - 1.0)
-    E = a * curve.E[i] + b * curve.E[i + 1] + c * curve.dE[i] + d * curve.dE[i + 1]
-    T = a * curve.T[i] + b * curve.T[i + 1] + c * curve.dT[i] + d * curve.dT[i + 1]
-    return E, T
+    j = i + 1
+    return (
+        a * E[i] + b * E[j] + c * dE[i] + d * dE[j],
+        a * T[i] + b * T[j] + c * dT[i] + d * dT[j],
+    )

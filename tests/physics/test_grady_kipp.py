@@ -15,6 +15,9 @@ from mpisph.physics.failure.grady_kipp import (
     uniform,
 )
 
+# Without compiling, numpy warns of products that wrap, as the generator's do.
+pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered in scalar")
+
 BASALT = {"k": 4e35, "m": 9.0}
 ELASTIC = {"shear_modulus": 22.7e9, "yield_strength": 3.5e9}
 
