@@ -69,7 +69,6 @@ class Point:
         """
         L = np.array(L)
         div = L[0] + L[1] + L[4]
-        self.p.div[0] = div
         before = self.p.values.copy()
         power = self._power(L)
         for _ in range(1 if not heat else 20):

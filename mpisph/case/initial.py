@@ -37,10 +37,12 @@ REQUIRED = ("body", "m", "r", "z")
 
 _POSITIVE = ("m", "r", "rho", "h")
 _LEAST = {
-    **dict.fromkeys(("plastic_strain", "plastic_work", "ductile_damage", "damage"), 0),
+    **dict.fromkeys(
+        ("plastic_strain", "plastic_work", "ductile_damage", "damage", "opening"), 0
+    ),
     "distension": 1,
 }
-_MOST = {"damage": 1}
+_MOST = {"damage": 1, "opening": 1}
 _FOLLOWING = {field.name for field in FIELDS} - set(INITIAL)
 # What snapshots hold besides: it follows from the rest.
 

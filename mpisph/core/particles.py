@@ -74,7 +74,7 @@ FIELDS = (
         False,
         True,
     ),
-    Field("plastic_work", "w_p", "J/kg", "plastic work", "history", False, False),
+    Field("plastic_work", "w_p", "J/kg", "plastic work", "history", False, True),
     Field(
         "ductile_damage",
         "D_d",
@@ -86,6 +86,9 @@ FIELDS = (
     ),
     Field(
         "damage", "D", "1", "lost share of tension and shear", "history", False, True
+    ),
+    Field(
+        "opening", "o", "1", "share of a crack's last opening", "history", False, True
     ),
     Field(
         "distension",
@@ -149,7 +152,7 @@ RATE: Any = _namedtuple("RATE", _RATE_NAMES)(*range(len(_RATE_NAMES)))
 RESPONSE = ("P", "c", "G", "plastic", "T", "melt")
 """Derived fields that material models set."""
 
-_GIVEN = ("id", "material", "m", "r", "div")
+_GIVEN = ("id", "material", "m", "r")
 
 MaterialState: Any = _namedtuple(
     "MaterialState", (*_GIVEN, *INTEGRATED, *HISTORY, *RESPONSE)
@@ -224,6 +227,7 @@ class Particles:
         ahead = dict(zip(INTEGRATED, integrated, strict=True))
         history = {name: getattr(self, name).copy() for name in HISTORY}
         response = {name: np.empty(self.n) for name in RESPONSE}
+        response["melt"][:] = self.melt  # as it was
         given = {name: getattr(self, name) for name in _GIVEN}
         return MaterialState(**given, **ahead, **history, **response)
 

@@ -241,6 +241,20 @@ class Quantity:
         return {"anyOf": [number, {"type": "string"}], "unit": self.unit or "1"}
 
 
+def check_melting(melting: float, reference: float) -> None:
+    """Require matter that is solid at its reference temperature [K].
+
+    Raises
+    ------
+    ValueError
+    """
+    if melting <= reference:
+        raise ValueError(
+            f"melting_temperature must exceed reference_temperature = {reference:g} K, "
+            f"got {melting:g}"
+        )
+
+
 def one_line(text: str) -> str:
     """Return a text unchanged, or refuse line breaks and control characters.
 

@@ -63,8 +63,9 @@ def artificial_stress(strength: float, nph: float, kappa: float) -> ArtificialSt
     F = np.exp(-s / nph**2)
     f = np.maximum(REACH - s, 0.0) ** 2 / (REACH - 1.0) ** 2
     along = F * z**4 / s
-    g = (along * f).sum() / along.sum()
-    return ArtificialStress(strength, nph**2, float(g))
+    # Without a neighbour within the kernel there is nothing to balance.
+    g = float((along * f).sum() / along.sum()) if along.size else 0.0
+    return ArtificialStress(strength, nph**2, g)
 
 
 @njit(**INLINE)

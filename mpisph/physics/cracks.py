@@ -45,6 +45,12 @@ def largest_deviatoric_stress(S_rr, S_zz, S_rz):
 
 
 @njit(**EXACT)
+def bulk_modulus(mat):
+    """Return the bulk modulus of a material at rest [Pa]."""
+    return mat.rho0 * mat.bulk_sound_speed * mat.bulk_sound_speed
+
+
+@njit(**EXACT)
 def ring_size(m, r, rho):
     """Return the side of a ring's section [m]."""
     return math.sqrt(m / (2.0 * math.pi * r * rho))

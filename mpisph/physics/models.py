@@ -1,9 +1,9 @@
 """What every material model is made of: constants, equations, and a place in a table.
 
-A model is one file of ``eos/``, ``strength/`` or ``failure/``. It holds its constants,
-which are a table of the same name in cards and cases, its equations, and a `Model` that
-names them; its folder's ``MODELS`` lists it. All that depends on which models there are
-follows: choices, schema, messages, the table of constants, and the calls.
+A model is one file in the folder of its kind. It holds its constants, which are a table
+of the same name in cards and cases, its equations, and a `Model` that names them; its
+folder's ``MODELS`` lists it. All that depends on which models there are follows:
+choices, schema, messages, the table of constants, and the calls.
 
 Each equation of a model is a jitted function of ``(x, k, mat)`` and what its folder
 names besides: the arrays of `particles.MaterialState`, the index of a particle, and its

@@ -1,4 +1,4 @@
-"""Response of matter to its state: pressure, sound speed, shear modulus and yield.
+"""Response of matter to its state: pressure, heat, yield, pores and damage (R7-R20).
 
 The models that a material has chosen stand in its row of the table of constants.
 """
@@ -16,7 +16,7 @@ from mpisph.physics import ductile, eos, failure, porosity, strength, thermal
 from mpisph.physics.cracks import BAND, crack_growth, ring_size
 from mpisph.physics.ductile import torn, used_up
 from mpisph.physics.eos import pressure
-from mpisph.physics.failure import damage_growth, limit_tension
+from mpisph.physics.failure import damage_growth, limit_tension, sound_share
 from mpisph.physics.isentrope import ISENTROPE, fill_isentrope
 from mpisph.physics.models import Model, record, record_type
 from mpisph.physics.porosity import distension
@@ -159,9 +159,7 @@ def plastic_return(x, k, mat, stress, dt):
     dt : float
         Time that the increment takes [s].
     """
-    Y, slope = flow_stress(x, k, mat, 0.0, dt)
-    if stress <= Y:
-        return 1.0, 0.0
+    Y, _ = flow_stress(x, k, mat, 0.0, dt)
     stiffness = 3.0 * x.G[k]
     if stiffness <= 0.0:
         return Y / stress, 0.0
@@ -183,6 +181,16 @@ def plastic_return(x, k, mat, stress, dt):
 
 
 @njit(**EXACT)
+def share_left(before, lost):
+    """Return what is left of stress as a lost share of matter grows (R16).
+
+    What melts or breaks takes its elastic strain along, and that is no plastic strain.
+    What freezes is without stress.
+    """
+    return (1.0 - lost) / (1.0 - before) if lost > before else 1.0
+
+
+@njit(**EXACT)
 def respond(x, table, sound_speed_floor, dt):
     """Set the response to the state; bring the stress back to yield (R7-R9, R13-R20).
 
@@ -194,7 +202,7 @@ def respond(x, table, sound_speed_floor, dt):
     sound_speed_floor : float
         Smallest sound speed in units of the bulk sound speed.
     dt : float
-        Time since the last response that was kept [s].
+        Time since the last response that was kept [s]; ``x.melt`` is of then.
     """
     for k in range(x.material.size):
         mat = table[x.material[k]]
@@ -203,12 +211,13 @@ def respond(x, table, sound_speed_floor, dt):
         P, dP_drho, dP_dE = pressure(alpha * x.rho[k], x.E[k], mat)
         P, dP_dE = P / alpha, dP_dE / alpha
         x.P[k] = P
+        molten = x.melt[k]
         x.T[k], x.melt[k] = temperature(x, k, mat)
         x.G[k] = shear_modulus(x, k, mat)
-        limited, sound = limit_tension(x, k, mat)
         solid = 1.0 - x.melt[k]
-        sound *= solid
-        stress = equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
+        sound = solid * sound_share(x, k, mat)
+        left = share_left(molten, x.melt[k]) if dt > 0.0 else 1.0
+        stress = left * equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
         factor, increment, work = 1.0, 0.0, 0.0
         if sound > 0.0:
             # Most matter does not yield; to know it costs less than the call.
@@ -221,10 +230,11 @@ def respond(x, table, sound_speed_floor, dt):
         if increment > 0.0:
             work = factor * stress / sound * increment
             x.plastic_work[k] += sound * work / x.rho[k]
-        x.S_rr[k] *= factor
-        x.S_zz[k] *= factor
-        x.S_rz[k] *= factor
-        P = limited * solid if limited < 0.0 else limited
+        x.S_rr[k] *= left * factor
+        x.S_zz[k] *= left * factor
+        x.S_rz[k] *= left * factor
+        P = limit_tension(x, k, mat)
+        P = solid * P if P < 0.0 else P
         floor = sound_speed_floor * mat.bulk_sound_speed
         x.c[k] = sound_speed(x.rho[k], P, dP_drho, dP_dE, floor)
         growth = damage_growth(x, k, mat, dt)
@@ -234,6 +244,12 @@ def respond(x, table, sound_speed_floor, dt):
             size = ring_size(x.m[k], x.r[k], x.rho[k])
             crack = crack_growth(x.c[k], x.G[k], x.rho[k], size, dt)
             tear = torn(x, k, mat, BAND * x.h[k] * work)
-            growth = max(growth, min(crack, tear))
-        x.damage[k] = min(x.damage[k] + growth, 1.0)
+            growth += min(crack, tear) * (1.0 - x.opening[k])
+        if growth > 0.0:
+            damage = min(x.damage[k] + growth, 1.0)
+            left = share_left(x.damage[k], damage)
+            x.damage[k] = damage
+            x.S_rr[k] *= left
+            x.S_zz[k] *= left
+            x.S_rz[k] *= left
         x.G[k] *= sound

@@ -6,7 +6,7 @@ from mpisph.physics.artificial_stress import ArtificialStress
 
 
 class SchemeConstants(NamedTuple):
-    """Numerical parameters of R1-R10.
+    """Numerical parameters of R1-R10 and R21.
 
     Attributes
     ----------

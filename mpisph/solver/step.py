@@ -6,7 +6,7 @@ A step reads as the algorithm::
     send ghosts their fields
     sort owned and ghosts into the global order
     find neighbours; evaluate rates               (R1-R7, R10)
-    kick half; apply yield and equation of state  (R7-R9)
+    kick half; respond: pressure, heat, yield, damage (R7-R9, R13-R20)
 
 Before each step the ranks make one reduction, the step's only one; now and then the
 cut is moved and particles change their owner.

@@ -172,7 +172,9 @@ def test_materials_have_limits_and_models_of_their_own(data):
     assert again == case
 
 
-MODEL_FIELDS = {"T", "melt", "damage", "ductile_damage", "distension"}
+MODEL_FIELDS = {
+    "T", "melt", "plastic_work", "damage", "opening", "ductile_damage", "distension"
+}  # fmt: skip
 NO_MODELS = {
     "strength": "none",
     **dict.fromkeys(("thermal", "failure", "ductile", "porosity"), "none"),
@@ -183,11 +185,11 @@ NO_MODELS = {
     ("models", "given"),
     [
         ({}, set()),
-        ({"thermal": "heat-capacity"}, {"T", "melt"}),
-        ({"failure": "spall"}, {"damage"}),
+        ({"thermal": "heat-capacity"}, {"T", "melt", "plastic_work"}),
+        ({"failure": "spall"}, {"damage", "opening"}),
         ({"failure": "grady-kipp"}, {"damage"}),
         ({"thermal": "heat-capacity", "ductile": "johnson-cook-damage"},
-         {"T", "melt", "damage", "ductile_damage"}),
+         {"T", "melt", "plastic_work", "damage", "ductile_damage"}),
         ({"porosity": "p-alpha"}, {"distension"}),
     ],
 )  # fmt: skip

@@ -33,6 +33,10 @@ def test_an_even_lattice_r21_keeps_its_stress(nph):
     assert abs(added).max() < 1e-13 * size.max()
 
 
+def test_a_lattice_r21_without_neighbours_needs_no_balance():
+    assert artificial_stress(0.1, 0.5, 1.5).g == 0.0
+
+
 def test_a_pair_r21_is_held_apart_by_a_share_of_its_tension():
     tension = np.diag([0.0, -1e9])
     assert taken_back((0, 1), tension) == approx([0.0, 1e9 * 0.1 * (1 - CONSTANTS.g)])

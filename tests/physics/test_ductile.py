@@ -8,6 +8,7 @@ from material_point import BULK, RHO0, Point, isochoric, models, pure_shear
 from oracles import approx
 from pydantic import ValidationError
 
+from mpisph.physics.cracks import CRACK_SPEED
 from mpisph.physics.ductile.johnson_cook_damage import (
     HIGHEST_TRIAXIALITY,
     LOWEST_TRIAXIALITY,
@@ -94,9 +95,11 @@ def test_torsion_r18_breaks_at_the_strain_without_triaxiality():
 
 
 def test_then_r18_a_crack_runs_and_neither_shear_nor_tension_is_left():
-    p, _ = broken(pure_shear(1e4))
+    p, _ = broken(pure_shear(1e6), dt=1e-9)
     before = p.get("damage")
-    assert 0.0 < before < 1.0 or before == 1.0
+    # It has crossed a share of the particle in the one step since.
+    way = CRACK_SPEED * math.sqrt((BULK + 4 * 27e9 / 3) / RHO0) * 1e-9
+    assert before == approx(way / 1e-4, rel=1e-3)
     for _ in range(100):
         p.strain(isochoric(1e4), 1e-8, heat=False)
     assert p.get("damage") == 1.0
@@ -104,6 +107,40 @@ def test_then_r18_a_crack_runs_and_neither_shear_nor_tension_is_left():
     p.set(rho=2600.0)
     p.respond(1e-8)
     assert p.get("P") == 0.0
+
+
+def test_strain_to_fracture_r18_is_that_at_the_rate_and_temperature():
+    """Of one increment, in matter that the thermal model has heated."""
+    hot, rate, dt = 400.0, 1e6, 1e-9
+    constants = STEEL | {"D4": 0.1, "D5": 2.0}
+    p = Point(
+        models(
+            {
+                "ductile": "johnson-cook-damage",
+                "strength": "elastic-plastic",
+                "thermal": "heat-capacity",
+            },
+            johnson_cook_damage=constants,
+            elastic_plastic=ELASTIC,
+            heat_capacity={
+                "heat_capacity": 900.0,
+                "melting_temperature": 1793.0,
+                "reference_temperature": 298.0,
+            },
+        ),
+        E=900.0 * hot,
+    )
+    while p.get("plastic_strain") == 0.0:
+        p.strain(pure_shear(rate), dt, heat=False)
+    before, used = p.get("plastic_strain"), p.get("ductile_damage")
+    p.strain(pure_shear(rate), dt, heat=False)
+    increment = p.get("plastic_strain") - before
+    strain = (
+        (0.05 + 3.44 * math.exp(2.12 * p.get("P") / p.stress))
+        * (1.0 + 0.1 * math.log(increment / dt))
+        * (1.0 + 2.0 * hot / (1793.0 - 298.0))
+    )
+    assert p.get("ductile_damage") - used == approx(increment / strain, rel=1e-9)
 
 
 def test_tearing_r18_takes_the_energy_of_the_crack():

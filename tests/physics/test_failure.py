@@ -2,6 +2,8 @@
 
 import math
 
+from material_point import Point, models
+
 from mpisph.physics.failure.minimum_pressure import (
     CLAMP,
     OFF,
@@ -10,6 +12,16 @@ from mpisph.physics.failure.minimum_pressure import (
     minimum_pressure,
 )
 from mpisph.physics.models import record
+
+
+def test_broken_matter_r9_bears_no_tension_down_to_the_minimum():
+    limit = {"value": -1e9, "mode": "clamp"}
+    matter = models({"failure": "minimum-pressure"}, minimum_pressure=limit)
+    for damage, P in ((0.0, -1e9), (0.25, -0.75e9), (1.0, 0.0)):
+        point = Point(matter, damage=damage)
+        point.set(rho=0.95 * 2700.0)
+        point.respond(1e-9)
+        assert point.get("P") == P
 
 
 def test_minimum_pressure_r9():

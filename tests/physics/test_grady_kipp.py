@@ -8,9 +8,11 @@ from material_point import BULK, Point, models, uniaxial_strain
 from oracles import approx
 from scipy import stats
 
+from mpisph.physics.cracks import CRACK_SPEED
 from mpisph.physics.failure.grady_kipp import (
     MOST_FLAWS,
     active_flaws,
+    cracks_in_a_piece,
     damage_of_flaws,
     uniform,
 )
@@ -97,6 +99,41 @@ def test_particles_r17_break_at_strengths_of_their_own_the_same_for_a_number():
     assert all(damage == 1.0 for _, damage in found)
     assert found == [pulled(number) for number in range(5)]
     assert pulled(0, seed=1) != found[0]
+
+
+@pytest.mark.parametrize("r", [0.4e-3, 5e-3])
+@pytest.mark.parametrize("damage", [0.0, 0.3])
+def test_damage_r17_grows_by_the_cracks_of_a_piece(r, damage):
+    """``d D^(1/3)/dt = n s/(2 pi r) c_g/R``, n from the strain of the sound share."""
+    s, dt, G, shear = 0.2e-3, 1e-10, 22.7e9, 0.4e9
+    flaws = {"k": 1e34, "m": 9.0}
+    p = Point(
+        models(
+            {"failure": "grady-kipp", "strength": "elastic-plastic"},
+            grady_kipp=flaws,
+            elastic_plastic=ELASTIC,
+        ),
+        size=s,
+        number=5,
+        r=r,
+    )
+    p.set(m=2.0 * math.pi * r * 2700.0 * s**2, damage=damage)
+    p.set(S_zz=(1.0 - damage) * shear, S_rr=-0.5 * (1.0 - damage) * shear)
+    p.respond(dt)
+    young = 9 * BULK * G / (3 * BULK + G)
+    expected = 1e34 * (2.0 * math.pi * r * s**2) * (shear / young) ** 9
+    n = active_flaws(0, 5, expected)
+    assert n > 0.0
+    c_l = math.sqrt((BULK + 4 * G / 3) / 2700.0)
+    cracks = min(n * s / (2 * math.pi * r), 1.0 / CRACK_SPEED)
+    rate = cracks * CRACK_SPEED * c_l / (s * (0.75 / math.pi) ** (1 / 3))
+    grown = np.cbrt(p.get("damage")) - np.cbrt(damage)
+    assert grown == approx(rate * dt, rel=1e-9)
+
+
+def test_cracks_r17_in_a_piece_are_the_mean_around_the_ring():
+    assert cracks_in_a_piece(10.0, 1e-3, 1e-2) == approx(10.0 / (20 * math.pi))
+    assert cracks_in_a_piece(1e6, 1e-3, 1e-2) == 2.5
 
 
 def test_the_weakest_flaw_r17_follows_weibull():

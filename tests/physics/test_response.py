@@ -1,4 +1,4 @@
-"""R7-R9: the response of particles to their state."""
+"""R7-R9, R13-R20: the response of particles to their state."""
 
 from types import SimpleNamespace
 

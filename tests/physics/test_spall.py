@@ -18,6 +18,7 @@ from mpisph.physics.failure.spall import (
     LEAST_LENGTH,
     opening_growth,
     opening_strain,
+    untorn_share,
 )
 
 STRENGTH = 1.2e9
@@ -193,6 +194,99 @@ def test_principal_stress_r16_can_fail_matter_that_pressure_would_not():
     strain = {name: x / 2700.0 for name, x in results.items()}
     assert BULK * strain["pressure"] == approx(STRENGTH, rel=1e-3)
     assert BULK * strain["principal"] == approx(STRENGTH - 0.2e9, rel=1e-3)
+
+
+def test_yield_r16_comes_before_the_crack():
+    """What is given up in yielding does not open a crack, whatever the step."""
+    p = Point(
+        models(
+            {"failure": "spall", "strength": "elastic-plastic"},
+            spall={"strength": STRENGTH, "criterion": "principal"},
+            elastic_plastic=ELASTIC,
+        ),
+    )
+    p.set(rho=2700.0 * (1.0 - 0.9e9 / BULK), S_zz=0.8e9, S_rr=-0.4e9)
+    p.respond(1e-9)
+    assert p.get("damage") == 0.0
+    assert p.get("P") == approx(-0.9e9, rel=1e-12)
+    assert p.get("S_zz") == approx(0.2e9, rel=1e-12)
+
+
+def test_matter_r16_that_is_torn_bears_its_share_of_the_tension():
+    """Tearing opens no crack: it lessens the share that bears, in shear and tension."""
+    torn = 0.02
+    p = Point(models({"failure": "spall"}, spall={"strength": STRENGTH}), size=SIZE)
+    p.set(damage=torn, rho=2700.0 * (1.0 - 0.1e9 / BULK))
+    p.respond(1e-9)
+    assert p.get("P") == approx(-(1.0 - torn) * 0.1e9, rel=1e-12)
+    found = pull(p, 1e6, 1e-9, 60)
+    opening, damage = p.get("opening", "damage")
+    assert 0.0 < opening < 1.0
+    assert 1.0 - damage == approx((1.0 - opening) * (1.0 - torn), rel=1e-12)
+    assert -found[:, 0].min() == approx((1.0 - torn) * STRENGTH, rel=1e-2)
+    assert untorn_share(1.0, 1.0) == untorn_share(1.0, 0.3) == 0.0
+
+
+def test_what_breaks_r16_takes_its_strain_along():
+    """It leaves the rest of the stress, and strains nothing plastically."""
+    p = Point(
+        models(
+            {"failure": "spall", "strength": "elastic-plastic"},
+            spall={"strength": STRENGTH},
+            elastic_plastic=ELASTIC,
+        ),
+        size=SIZE,
+    )
+    p.set(rho=0.9 * 2700.0, S_rz=0.29e9 / math.sqrt(3.0))
+    for _ in range(100):
+        p.respond(1e-9)
+        assert p.stress == approx((1.0 - p.get("damage")) * 0.29e9, rel=1e-9)
+    assert p.get("damage") == 1.0
+    assert p.get("plastic_strain") == 0.0
+
+
+def test_a_crack_r16_is_faster_in_stiff_matter():
+    """It runs at the speed of longitudinal waves, in a share of its own size."""
+    grown = []
+    for choices in ({}, {"strength": "elastic-plastic"}):
+        p = Point(
+            models(
+                {"failure": "spall"} | choices,
+                spall={"strength": STRENGTH},
+                elastic_plastic=ELASTIC,
+            ),
+            size=SIZE,
+        )
+        p.set(rho=2700.0 * (1.0 - 3.0 * STRENGTH / BULK))
+        p.respond(1e-9)
+        grown.append(p.get("damage"))
+    rho = 2700.0 * (1.0 - 3.0 * STRENGTH / BULK)
+    c = p.get("c")
+    stiff = math.sqrt(c * c + 4 * 27e9 / (3 * rho))
+    assert grown[1] / grown[0] == approx(stiff / c, rel=1e-12)
+
+
+def test_cracks_r16_of_porous_matter_open_between_its_solid():
+    """Between the cracks the solid has the density alpha rho (1 + o eps_c)."""
+    alpha, opening = 1.25, 0.1
+    p = Point(
+        models(
+            {"failure": "spall", "porosity": "p-alpha"},
+            spall={"strength": STRENGTH},
+            p_alpha={
+                "initial_distension": alpha,
+                "elastic_pressure": 1e8,
+                "solid_pressure": 5e8,
+            },
+        ),
+        size=SIZE,
+    )
+    last = opening_strain(1.5 * SIZE, STRENGTH, 0.0, BULK)
+    strain = 0.004  # of the solid, in tension
+    rho = 2700.0 / alpha * (1.0 - strain) / (1.0 + opening * last)
+    p.set(opening=opening, damage=opening, rho=rho)
+    p.respond(1e-9)
+    assert p.get("P") == approx(-BULK * strain / alpha, rel=1e-10)
 
 
 def test_damage_r16_softens_shear():

@@ -125,6 +125,25 @@ def test_plastic_return_r7_solves_for_the_increment(increment, strain):
     assert got == approx(increment, rel=1e-6, abs=1e-12)
 
 
+def test_what_melts_r13_takes_its_strain_along():
+    """It strains nothing plastically; what freezes is without stress."""
+    heat = {"heat_capacity": 900.0, "melting_temperature": 925.0}
+    p = Point(
+        models(
+            {"strength": "elastic-plastic", "thermal": "heat-capacity"},
+            elastic_plastic={"shear_modulus": 27e9, "yield_strength": 0.3e9},
+            heat_capacity=heat | {"heat_of_fusion": 4e5},
+        )
+    )
+    p.set(S_rz=0.29e9 / math.sqrt(3.0))
+    for melt, left in ((0.5, 0.5), (0.9999, 1e-4), (1.0 - 1e-9, 1e-9), (0.0, 1e-9)):
+        p.set(E=900.0 * 625.0 + melt * 4e5)
+        p.respond(1e-9)
+        assert p.get("melt") == approx(melt, rel=1e-9)
+        assert p.get("plastic_strain") == 0.0
+        assert p.stress == approx(left * 0.29e9, rel=1e-6)
+
+
 def test_cycles_r14_add_up_the_plastic_strain():
     """Shear forth and back: each reversal is elastic for twice the yield stress."""
     point, dt, rate = johnson_cook_point(C=0.0), 1e-6, 2e3

@@ -106,6 +106,11 @@ def test_temperature_r13_is_that_of_the_energy_above_the_isentrope():
         assert point.get("melt") == 0.0
 
 
+def test_temperature_r13_is_not_below_zero():
+    material = models({"thermal": "heat-capacity"}, heat_capacity=HEAT)
+    assert Point(material, E=-4e5).get("T") == 0.0
+
+
 @given(c=st.floats(500.0, 1500.0), T=st.floats(1.0, 3000.0))
 def test_heating_r13_takes_the_integral_of_the_heat_capacity(c, T):
     hot, half = 1000.0, 300.0
@@ -129,6 +134,33 @@ def test_heat_to_melting_r13_is_taken_there():
         assert point.get("T") == approx(T, rel=1e-5)
     with pytest.raises(ValueError, match="heat_to_melting must exceed"):
         HeatCapacityModel.model_validate({**heat, "heat_to_melting": 1e5})
+
+
+def test_melting_r13_begins_by_lindemann_and_takes_the_hot_heat_capacity():
+    """Compressed matter beyond its melting temperature, half molten and whole."""
+    heat = HEAT | {
+        "heat_to_melting": 6.6e5,
+        "heat_of_fusion": 4e5,
+        "melting_gamma": 2.0,
+        "melting_slope": 0.5,
+    }
+    material = models({"thermal": "heat-capacity"}, heat_capacity=heat)
+    hot = (4.0 * 6.6e5 / 625.0 - 900.0) / 3.0
+    eta = 1.2
+    T_m = 925.0 * math.exp(2 * 0.5 * (1 - 1 / eta)) * eta ** (2 * (2.0 - 0.5 - 1 / 3))
+    point = Point(material)
+    E_s, T_s = on_isentrope(eta, point.table[0].isentrope)
+    way = 0.5 * (900.0 + hot) * 312.5  # to halfway to melting, then at `hot`
+    to_melting = way + hot * (T_m - T_s - 312.5)
+    for q, T, melt in (
+        (to_melting - 1e4, T_m - 1e4 / hot, 0.0),
+        (to_melting + 2e5, T_m, 0.5),
+        (to_melting + 5e5, T_m + 1e5 / hot, 1.0),
+    ):
+        point.set(rho=2700.0 * eta, E=E_s + q)
+        point.respond(0.0)
+        assert point.get("T") == approx(T, rel=1e-12)
+        assert point.get("melt") == approx(melt, rel=1e-9, abs=1e-12)
 
 
 @given(eta=st.floats(1.0, 2.0), gamma=st.floats(0.4, 3.0), a=st.floats(0.0, 2.0))

@@ -13,7 +13,12 @@ from numba import njit
 from pydantic import Field, model_validator
 
 from mpisph.core.jit import ENTRY, EXACT
-from mpisph.inputs.quantities import CrackEnergy, Quantity, Temperature
+from mpisph.inputs.quantities import (
+    CrackEnergy,
+    Quantity,
+    Temperature,
+    check_melting,
+)
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
 from mpisph.physics.strength.johnson_cook import homologous_temperature
@@ -64,11 +69,7 @@ class JohnsonCookDamage(Sourced):
     @model_validator(mode="after")
     def _check_fracture(self) -> "JohnsonCookDamage":
         """Refuse constants by which matter breaks before it is strained."""
-        if self.melting_temperature <= self.reference_temperature:
-            raise ValueError(
-                "melting_temperature must exceed reference_temperature = "
-                f"{self.reference_temperature:g} K, got {self.melting_temperature:g}"
-            )
+        check_melting(self.melting_temperature, self.reference_temperature)
         for name, where in (("pure shear", SHEAR), ("a bar in tension", UNIAXIAL)):
             strain = self.D1 + self.D2 * math.exp(self.D3 * where)
             if strain <= 0.0:

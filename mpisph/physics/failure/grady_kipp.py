@@ -20,8 +20,14 @@ from pydantic import Field, Strict
 from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import Positive, Quantity
 from mpisph.inputs.sourced import Sourced
-from mpisph.physics.cracks import crack_growth, largest_deviatoric_stress, ring_size
-from mpisph.physics.failure.none import limit_by_damage
+from mpisph.physics.cracks import (
+    CRACK_SPEED,
+    bulk_modulus,
+    crack_growth,
+    largest_deviatoric_stress,
+    ring_size,
+)
+from mpisph.physics.failure.none import limit_by_damage, undamaged
 from mpisph.physics.models import Model
 
 
@@ -35,6 +41,9 @@ class GradyKipp(Sourced):
     seed: Annotated[int, Strict(), Field(ge=0, lt=2**31)] = 0
     """Another seed gives other flaws."""
 
+
+PIECE_RADIUS = (0.75 / math.pi) ** (1.0 / 3.0)
+"""Radius of a sphere over the side of a cube of the same volume."""
 
 MOST_FLAWS = 64
 """Active flaws that are counted one by one; more are taken as their mean."""
@@ -76,11 +85,29 @@ def active_flaws(seed, number, expected):
 
 
 @njit(**EXACT)
+def cracks_in_a_piece(n, size, r):
+    """Return how many cracks grow in a cubic piece of a ring with n active flaws (R17).
+
+    Their mean over the pieces around the ring; no more than break it at the speed of
+    sound.
+
+    Parameters
+    ----------
+    n : float
+    size : float
+        Side of the ring's section [m].
+    r : float
+        Radius of the ring [m].
+    """
+    return min(n * size / (2.0 * math.pi * r), 1.0 / CRACK_SPEED)
+
+
+@njit(**EXACT)
 def damage_of_flaws(damage, n, growth):
     """Return the damage after n cracks have grown (R17).
 
     ``d D^(1/3)/dt = n c_g/R``: the cube root is the length of the cracks over the
-    particle's radius, and `growth` its rise for one crack.
+    piece's radius, and `growth` its rise for one crack.
     """
     return min(np.cbrt(damage) + n * growth, 1.0) ** 3
 
@@ -95,17 +122,18 @@ def _growth(P, S_rr, S_zz, S_rz, damage, G, c, m, r, rho, number, mat, dt):
     tension = shear / sound - P
     if tension <= 0.0:
         return 0.0
-    bulk = mat.rho0 * mat.bulk_sound_speed**2
+    bulk = bulk_modulus(mat)
     young = 9.0 * bulk * G / (3.0 * bulk + G)
     if young <= 0.0:
         return 0.0
     flaws = mat.grady_kipp
     strain = tension / young
     expected = flaws.k * m / mat.rho0 * strain**flaws.m
+    size = ring_size(m, r, rho)
     n = active_flaws(flaws.seed, number, expected)
-    radius = np.cbrt(0.75 / math.pi) * ring_size(m, r, rho)
-    growth = crack_growth(c, G, rho, radius, dt)
-    return damage_of_flaws(damage, n, growth) - damage
+    cracks = cracks_in_a_piece(n, size, r)
+    growth = crack_growth(c, G, rho, PIECE_RADIUS * size, dt)
+    return damage_of_flaws(damage, cracks, growth) - damage
 
 
 @njit(**ENTRY)
@@ -121,6 +149,10 @@ MODEL = Model(
     "grady-kipp",
     "Grady-Kipp",
     GradyKipp,
-    {"limit_tension": limit_by_damage, "damage_growth": _damage_growth},
+    {
+        "sound_share": undamaged,
+        "limit_tension": limit_by_damage,
+        "damage_growth": _damage_growth,
+    },
     ("damage",),
 )

@@ -12,7 +12,7 @@ from numba import njit
 from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import TensionLimit
 from mpisph.inputs.sourced import Sourced
-from mpisph.physics.failure.none import limit_by_damage, no_growth
+from mpisph.physics.failure.none import no_growth
 from mpisph.physics.models import Model
 
 CLAMP = 0
@@ -37,18 +37,36 @@ def minimum_pressure(P, P_min, mode):
     return P_min if mode == CLAMP else 0.0
 
 
+@njit(**EXACT)
+def _limited(P, damage, limit):
+    P = minimum_pressure(P, limit.value, limit.mode)
+    return (1.0 - damage) * P if P < 0.0 else P
+
+
+@njit(**EXACT)
+def _share(P, damage, limit):
+    # Torn matter has no shear either, while that lasts.
+    torn = minimum_pressure(P, limit.value, limit.mode) > P
+    return 0.0 if torn else 1.0 - damage
+
+
+@njit(**ENTRY)
+def _sound_share(x, k, mat):
+    return _share(x.P[k], x.damage[k], mat.minimum_pressure)
+
+
 @njit(**ENTRY)
 def _limit_tension(x, k, mat):
-    limit = mat.minimum_pressure
-    P = minimum_pressure(x.P[k], limit.value, limit.mode)
-    if P > x.P[k]:  # torn: no shear either, while that lasts
-        return P, 0.0
-    return limit_by_damage(x, k, mat)
+    return _limited(x.P[k], x.damage[k], mat.minimum_pressure)
 
 
 MODEL = Model(
     "minimum-pressure",
     "minimum pressure",
     MinimumPressure,
-    {"limit_tension": _limit_tension, "damage_growth": no_growth},
+    {
+        "sound_share": _sound_share,
+        "limit_tension": _limit_tension,
+        "damage_growth": no_growth,
+    },
 )

@@ -7,10 +7,16 @@ from mpisph.physics.models import Model
 
 
 @njit(**ENTRY)
+def undamaged(x, k, mat):
+    """Return the share that damage has left (R16)."""
+    return 1.0 - x.damage[k]
+
+
+@njit(**ENTRY)
 def limit_by_damage(x, k, mat):
-    """Return the pressure, in tension less the damage, and the sound share (R16)."""
-    P, sound = x.P[k], 1.0 - x.damage[k]
-    return (sound * P if P < 0.0 else P), sound
+    """Return the pressure, in tension less the damage (R16) [Pa]."""
+    P = x.P[k]
+    return (1.0 - x.damage[k]) * P if P < 0.0 else P
 
 
 @njit(**ENTRY)
@@ -23,5 +29,9 @@ MODEL = Model(
     "none",
     "none",
     None,
-    {"limit_tension": limit_by_damage, "damage_growth": no_growth},
+    {
+        "sound_share": undamaged,
+        "limit_tension": limit_by_damage,
+        "damage_growth": no_growth,
+    },
 )

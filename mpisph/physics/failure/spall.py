@@ -1,8 +1,8 @@
 """Spall: matter parts where its tension reaches a strength (R16).
 
 A crack then opens, and the tension that it lets through falls in proportion to its
-opening. The damage is that share of its last opening: its memory. Where the crack
-closes again, matter is relieved elastically.
+opening, whose share of the last one is its memory. Where the crack closes again, matter
+is relieved elastically.
 
 References
 ----------
@@ -19,11 +19,13 @@ from mpisph.inputs.quantities import CrackEnergy, PositivePressure
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.cracks import (
     BAND,
+    bulk_modulus,
     crack_growth,
     largest_deviatoric_stress,
     ring_size,
 )
 from mpisph.physics.eos import pressure
+from mpisph.physics.failure.none import undamaged
 from mpisph.physics.models import Model
 
 PRESSURE = 0
@@ -46,7 +48,7 @@ class Spall(Sourced):
 
 
 @njit(**EXACT)
-def opening_strain(h, strength, crack_energy, bulk_modulus):
+def opening_strain(h, strength, crack_energy, bulk):
     """Return the strain of the band of a crack at its last opening (R16).
 
     The tension falls from the strength to zero over an opening of ``2 crack_energy/
@@ -60,16 +62,16 @@ def opening_strain(h, strength, crack_energy, bulk_modulus):
         [Pa].
     crack_energy : float
         [J/m2].
-    bulk_modulus : float
-        [Pa].
+    bulk : float
+        Bulk modulus [Pa].
     """
-    resolved = 2.0 * LEAST_LENGTH * strength / bulk_modulus
+    resolved = 2.0 * LEAST_LENGTH * strength / bulk
     return max(2.0 * crack_energy / (strength * BAND * h), resolved)
 
 
 @njit(**EXACT)
-def opening_growth(excess, last, strength, bulk_modulus):
-    """Return the damage of a crack that takes up an excess of tension (R16).
+def opening_growth(excess, last, strength, bulk):
+    """Return by what share of its last opening a crack takes up a tension (R16).
 
     It opens by what the elastic strain of its band does not take, which falls as the
     tension does and so helps to open it.
@@ -80,79 +82,99 @@ def opening_growth(excess, last, strength, bulk_modulus):
         Tension above what the crack lets through [Pa].
     last : float
         `opening_strain`.
-    strength, bulk_modulus : float
+    strength, bulk : float
         [Pa].
     """
-    return excess / (bulk_modulus * last - strength)
+    return excess / (bulk * last - strength)
 
 
 @njit(**EXACT)
-def _bulk_modulus(mat):
-    return mat.rho0 * mat.bulk_sound_speed * mat.bulk_sound_speed
+def untorn_share(damage, opening):
+    """Return the share that is not torn, of matter whose cracks are open (R16).
+
+    The damage is what cracks and tearing (R18) have taken together:
+    ``1 - damage = (1 - opening) untorn``.
+    """
+    return min((1.0 - damage) / (1.0 - opening), 1.0) if opening < 1.0 else 0.0
 
 
 @njit(**EXACT)
-def _between_cracks(P, rho, E, alpha, damage, h, mat):
+def _between_cracks(P, rho, E, alpha, opening, h, mat):
     """Return the pressure of matter without the opening of its cracks, none above 0."""
-    if P >= 0.0 or damage <= 0.0 or damage >= 1.0:
+    if P >= 0.0 or opening <= 0.0 or opening >= 1.0:
         return P
     spall = mat.spall
-    last = opening_strain(h, spall.strength, spall.crack_energy, _bulk_modulus(mat))
-    solid = alpha * rho * (1.0 + damage * last)
+    last = opening_strain(h, spall.strength, spall.crack_energy, bulk_modulus(mat))
+    solid = alpha * rho * (1.0 + opening * last)
     return min(pressure(solid, E, mat)[0] / alpha, 0.0)
 
 
 @njit(**EXACT)
-def _excess(P, S_rr, S_zz, S_rz, damage, spall):
+def _excess(P, S_rr, S_zz, S_rz, damage, opening, spall):
     """Return by how much the tension exceeds what the crack lets through [Pa]."""
+    untorn = untorn_share(damage, opening)
+    if untorn <= 0.0:
+        return 0.0
     tension = -P
     if spall.criterion == PRINCIPAL:
-        tension += largest_deviatoric_stress(S_rr, S_zz, S_rz)
-    return tension - (1.0 - damage) * spall.strength
+        tension += largest_deviatoric_stress(S_rr, S_zz, S_rz) / untorn
+    return tension - (1.0 - opening) * spall.strength
 
 
 @njit(**EXACT)
-def _limited(P, excess):
+def _limited(P, excess, damage, opening):
     # The principal stress counts only as far as matter is in tension as a whole.
-    return P if excess <= 0.0 else min(P + excess, max(P, 0.0))
+    P = P if excess <= 0.0 else min(P + excess, max(P, 0.0))
+    return untorn_share(damage, opening) * P if P < 0.0 else P
 
 
 @njit(**ENTRY)
 def _tension(x, k, mat):
     """Return the pressure between the cracks, and the excess of its tension [Pa]."""
     # Without a branch here, no references to the arrays are counted.
-    D = x.damage[k]
-    P = _between_cracks(x.P[k], x.rho[k], x.E[k], x.distension[k], D, x.h[k], mat)
-    return P, _excess(P, x.S_rr[k], x.S_zz[k], x.S_rz[k], D, mat.spall)
+    D, opening = x.damage[k], x.opening[k]
+    P = _between_cracks(x.P[k], x.rho[k], x.E[k], x.distension[k], opening, x.h[k], mat)
+    return P, _excess(P, x.S_rr[k], x.S_zz[k], x.S_rz[k], D, opening, mat.spall)
 
 
 @njit(**ENTRY)
 def _limit_tension(x, k, mat):
-    return _limited(*_tension(x, k, mat)), 1.0 - x.damage[k]
+    P, excess = _tension(x, k, mat)
+    return _limited(P, excess, x.damage[k], x.opening[k])
 
 
 @njit(**EXACT)
-def _growth(excess, m, r, h, rho, c, G, mat, dt):
+def _growth(excess, opening, m, r, h, rho, c, G, mat, dt):
     if excess <= 0.0:
         return 0.0
-    spall, bulk = mat.spall, _bulk_modulus(mat)
+    spall, bulk = mat.spall, bulk_modulus(mat)
     last = opening_strain(h, spall.strength, spall.crack_energy, bulk)
-    return min(
+    growth = min(
         opening_growth(excess, last, spall.strength, bulk),
         crack_growth(c, G, rho, ring_size(m, r, rho), dt),
     )
+    return min(growth, 1.0 - opening)
 
 
 @njit(**ENTRY)
 def _damage_growth(x, k, mat, dt):
     _, excess = _tension(x, k, mat)
-    return _growth(excess, x.m[k], x.r[k], x.h[k], x.rho[k], x.c[k], x.G[k], mat, dt)
+    opening = x.opening[k]
+    growth = _growth(
+        excess, opening, x.m[k], x.r[k], x.h[k], x.rho[k], x.c[k], x.G[k], mat, dt
+    )
+    x.opening[k] = opening + growth
+    return growth * untorn_share(x.damage[k], opening)
 
 
 MODEL = Model(
     "spall",
     "spall",
     Spall,
-    {"limit_tension": _limit_tension, "damage_growth": _damage_growth},
-    ("damage",),
+    {
+        "sound_share": undamaged,
+        "limit_tension": _limit_tension,
+        "damage_growth": _damage_growth,
+    },
+    ("damage", "opening"),
 )

@@ -19,6 +19,7 @@ from mpisph.inputs.quantities import (
     PositivePressure,
     Quantity,
     Temperature,
+    check_melting,
 )
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
@@ -54,11 +55,7 @@ class JohnsonCook(Sourced):
     @model_validator(mode="after")
     def _check_temperatures(self) -> "JohnsonCook":
         """Require a melting temperature above that of the reference."""
-        if self.melting_temperature <= self.reference_temperature:
-            raise ValueError(
-                "melting_temperature must exceed reference_temperature = "
-                f"{self.reference_temperature:g} K, got {self.melting_temperature:g}"
-            )
+        check_melting(self.melting_temperature, self.reference_temperature)
         return self
 
 

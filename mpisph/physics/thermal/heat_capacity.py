@@ -18,6 +18,7 @@ from mpisph.inputs.quantities import (
     NonNegativeEnergy,
     Quantity,
     Temperature,
+    check_melting,
 )
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.isentrope import on_isentrope
@@ -49,11 +50,7 @@ class HeatCapacityModel(Sourced):
     @model_validator(mode="after")
     def _check_melting(self) -> "HeatCapacityModel":
         """Require matter that is solid at its reference state."""
-        if self.melting_temperature <= self.reference_temperature:
-            raise ValueError(
-                "melting_temperature must exceed reference_temperature = "
-                f"{self.reference_temperature:g} K, got {self.melting_temperature:g}"
-            )
+        check_melting(self.melting_temperature, self.reference_temperature)
         least = 0.25 * self.heat_capacity * self.span
         if 0.0 < self.heat_to_melting <= least:
             raise ValueError(
@@ -122,7 +119,8 @@ def _temperature(x, k, mat):
     E_s, T_s = on_isentrope(eta, mat.isentrope)
     stored = (1.0 - thermal.heating_share) * x.plastic_work[k]
     hot = thermal.hot_heat_capacity
-    T = T_s + heating(x.E[k] - E_s - stored, thermal.heat_capacity, hot, thermal.span)
+    rise = heating(x.E[k] - E_s - stored, thermal.heat_capacity, hot, thermal.span)
+    T = max(T_s + rise, 0.0)
     T_m = melting_temperature(
         eta, thermal.melting_temperature, thermal.melting_gamma, thermal.melting_slope
     )
@@ -134,5 +132,5 @@ MODEL = Model(
     "heat capacity and melting",
     HeatCapacityModel,
     {"temperature": _temperature},
-    ("T", "melt"),
+    ("T", "melt", "plastic_work"),
 )
