@@ -126,7 +126,7 @@ def _draw_series(
 ) -> None:
     """Draw snapshots, given with their times [s], with the same colours."""
     snapshots = (read_snapshot(path) for path, _ in series)
-    shadings = find_shadings(chosen, snapshots, view) or BODIES
+    shadings = find_shadings(chosen, snapshots, view, case) or BODIES
     for (path, time), out in zip(series, figures, strict=True):
         exposure = exposure_at(case, time)
         draw_cloud(path, case, out, None, exposure, view, shadings)

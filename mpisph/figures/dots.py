@@ -34,6 +34,9 @@ _BAR_GAP, _BAR_WIDTH = 0.08, 0.13  # [in]
 
 _LEVELS_OF_COLOUR = 1000
 
+_NO_VALUE = "0.75"
+# Colour of bodies whose models do not give the field.
+
 _PALEST = 0.94
 # Where colour maps are cut, for their pale ends fade on white.
 
@@ -85,7 +88,7 @@ BODIES: Sequence[Shading] = (Shading(BODY.field),)
 
 
 def find_shadings(
-    chosen: Sequence[Chosen], snapshots: Iterable[Snapshot], view: View
+    chosen: Sequence[Chosen], snapshots: Iterable[Snapshot], view: View, case: Case
 ) -> tuple[Shading, ...]:
     """Find limits of the colours that serve for all snapshots.
 
@@ -96,6 +99,7 @@ def find_shadings(
         Not looked at where all limits are known.
     view : View
         What lies outside of it does not count.
+    case : Case
 
     Returns
     -------
@@ -110,8 +114,10 @@ def find_shadings(
             seen = view.shows(1e3 * arrays["z"], 1e3 * arrays["r"])
             for values, each in zip(found, chosen, strict=True):
                 if _must_look(each) and seen.any():
-                    shown = each.field.shown(arrays)[seen]
-                    values.append(np.quantile(shown, _LEVELS))
+                    shown = each.field.shown(arrays, case)[seen]
+                    shown = shown[~np.isnan(shown)]
+                    if shown.size:
+                        values.append(np.quantile(shown, _LEVELS))
     return tuple(_shading(*pair) for pair in zip(chosen, found, strict=True))
 
 
@@ -164,7 +170,7 @@ class Dots:
         self._halves: list[_NamedDots | _ColouredDots] = []
         for shading, sides, place in _halves(shadings):
             if shading.has_bar:
-                self._halves.append(_ColouredDots(axes, shading, sides))
+                self._halves.append(_ColouredDots(axes, case, shading, sides))
             else:
                 self._halves.append(_NamedDots(axes, case, shading, sides, place))
 
@@ -221,16 +227,19 @@ class _NamedDots:
 
 
 class _ColouredDots:
-    """Dots with colours along a scale."""
+    """Dots with colours along a scale; grey where there is no value."""
 
-    def __init__(self, axes: Axes, shading: Shading, sides: tuple[float, ...]) -> None:
-        self._field, self._sides = shading.field, sides
+    def __init__(
+        self, axes: Axes, case: Case, shading: Shading, sides: tuple[float, ...]
+    ) -> None:
+        self._field, self._sides, self._case = shading.field, sides, case
         self._dots = axes.scatter(
             [],
             [],
             c=[],
-            cmap=shading.colour_map,
+            cmap=shading.colour_map.with_extremes(bad=_NO_VALUE),
             norm=shading.norm,
+            plotnonfinite=True,
             linewidths=0.0,
             rasterized=True,
             zorder=2,
@@ -239,8 +248,9 @@ class _ColouredDots:
     def show(self, arrays: Mapping[str, npt.NDArray[Any]], size: float) -> None:
         """Draw particles as dots of a size [pt]."""
         z, r = _places(arrays["z"], arrays["r"], self._sides)
+        shown = self._field.shown(arrays, self._case)
         self._dots.set_offsets(np.column_stack([z, r]))
-        self._dots.set_array(np.tile(self._field.shown(arrays), len(self._sides)))
+        self._dots.set_array(np.ma.masked_invalid(np.tile(shown, len(self._sides))))
         self._dots.set_sizes([size**2])
 
 

@@ -14,6 +14,7 @@ from mpisph.core.errors import InputError
 from mpisph.core.particles import FloatArray
 from mpisph.core.words import counted
 from mpisph.inputs.quantities import si_value
+from mpisph.physics.response import MODEL_FIELDS
 
 Arrays = Mapping[str, npt.NDArray[Any]]
 """As in `Snapshot.arrays`."""
@@ -69,9 +70,19 @@ class ShownField(NamedTuple):
         """Its label and unit."""
         return f"{self.label} [{self.unit}]" if self.unit else self.label
 
-    def shown(self, arrays: Arrays) -> FloatArray:
-        """Return it in `unit`, shape (n,)."""
-        return np.asarray(self.scale * self.values(arrays), np.float64)
+    def shown(self, arrays: Arrays, case: Case) -> FloatArray:
+        """Return it in `unit`, shape (n,); NaN in bodies whose models do not give it.
+
+        Parameters
+        ----------
+        arrays : mapping of str to ndarray
+            As in `Snapshot.arrays`.
+        case : Case
+        """
+        values = np.asarray(self.scale * self.values(arrays), np.float64)
+        wanted = MODEL_FIELDS.intersection(self.needs)
+        given = [wanted <= case.body_models(body).fields for body in case.bodies]
+        return np.where(np.array(given)[arrays["body"]], values, np.nan)
 
 
 class Chosen(NamedTuple):

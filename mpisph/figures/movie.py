@@ -130,7 +130,7 @@ def animate(
     require_fields(chosen, first.arrays, folder)
     case = case_from_dict(tomllib.loads(first.case))
     view = common_view(paths, case, exposures=False, headroom=1.12)
-    shadings = find_shadings(chosen, map(read_snapshot, paths), view)
+    shadings = find_shadings(chosen, map(read_snapshot, paths), view, case)
     frame = Frame(case, view, FILM, shadings)
     out.parent.mkdir(parents=True, exist_ok=True)
     part = out.with_name(f"{out.name}.{os.uname().nodename}-{os.getpid()}.part")

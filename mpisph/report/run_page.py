@@ -328,7 +328,7 @@ def _condition_figures(run: StoredRun) -> list[Figure]:
     path, time = run.snapshots[-1]
     snapshot = only_finite(read_snapshot(path))
     view = choose_view(snapshot, run.case, None)
-    shadings = find_shadings(chosen, [snapshot], view)
+    shadings = find_shadings(chosen, [snapshot], view, run.case)
     draw = partial(draw_cloud, path, run.case, view=view, shadings=shadings)
     what = " and ".join(each.field.label for each in chosen).capitalize()
     when = f"{us(time)} {time_origin(run.case.bodies, run.case.boundary)}"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from launch import CASES
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_rgb, to_rgba
 from matplotlib.figure import Figure
 
 from mpisph.case import load_case
@@ -25,7 +25,15 @@ VIEW = View(-10.0, 30.0, 20.0)
 
 @pytest.fixture(scope="module")
 def case():
-    return load_case(CASES / "piekutowski-4-1353.toml")
+    return broken_case("sphere", "plate")
+
+
+def broken_case(*names):
+    """A case whose bodies of these names can break."""
+    alloys = [f"bodies.{name}.material=al-6061-t6" for name in names]
+    paper = [] if len(names) == 2 else ["materials.al-lee2003.failure=none"]
+    path = CASES / "piekutowski-4-1353.toml"
+    return load_case(path, [*alloys, *paper, "scheme.failure=spall"])
 
 
 @pytest.fixture
@@ -54,22 +62,22 @@ def chosen(*names):
     return [Chosen(SHOWN_FIELDS[name]) for name in names]
 
 
-def test_limits_hold_98_percent_of_what_all_snapshots_show():
+def test_limits_hold_98_percent_of_what_all_snapshots_show(case):
     shots = [snapshot(-1e9), snapshot(3e9)]
-    (shading,) = find_shadings(chosen("pressure"), shots, VIEW)
+    (shading,) = find_shadings(chosen("pressure"), shots, VIEW, case)
     assert (shading.low, shading.high) == pytest.approx((-0.98, 2.94), abs=0.01)
     assert shading.extend == "both"
-    assert find_shadings(chosen("pressure"), shots[::-1], VIEW) == (shading,)
+    assert find_shadings(chosen("pressure"), shots[::-1], VIEW, case) == (shading,)
 
 
-def test_limits_that_are_known_need_no_snapshot():
+def test_limits_that_are_known_need_no_snapshot(case):
     def none():
         raise AssertionError("not to be read")
         yield
 
     given = Chosen(SHOWN_FIELDS["speed"], (0.0, 7.0))
     damage, speed, body = find_shadings(
-        [*chosen("damage"), given, *chosen("body")], none(), VIEW
+        [*chosen("damage"), given, *chosen("body")], none(), VIEW, case
     )
     assert damage[1:] == (0.0, 1.0, "neither")
     assert speed[1:] == (0.0, 7.0, "both")
@@ -84,8 +92,8 @@ def test_limits_that_are_known_need_no_snapshot():
         ("speed", [], (-1.0, 1.0)),
     ],
 )
-def test_one_value_alone_has_limits_about_it(name, shots, limits):
-    (shading,) = find_shadings(chosen(name), shots, VIEW)
+def test_one_value_alone_has_limits_about_it(case, name, shots, limits):
+    (shading,) = find_shadings(chosen(name), shots, VIEW, case)
     assert (shading.low, shading.high) == pytest.approx(limits)
     assert shading.extend == "neither"
 
@@ -104,7 +112,7 @@ def test_the_middle_of_centred_colours_is_zero(limits):
 
 def test_one_field_is_mirrored_and_two_are_half_and_half(axes, case):
     shot = snapshot()
-    (damage,) = find_shadings(chosen("damage"), [], VIEW)
+    (damage,) = find_shadings(chosen("damage"), [], VIEW, case)
     Dots(axes, case, VIEW, [damage]).show(shot)
     (dots,) = axes.collections
     places = np.asarray(dots.get_offsets())
@@ -114,7 +122,7 @@ def test_one_field_is_mirrored_and_two_are_half_and_half(axes, case):
         np.tile(shot.arrays["damage"][:999], 2)
     )
     dots.remove()
-    pair = find_shadings(chosen("damage", "speed"), [shot], VIEW)
+    pair = find_shadings(chosen("damage", "speed"), [shot], VIEW, case)
     Dots(axes, case, VIEW, pair).show(shot)
     for half, side, name in zip(axes.collections, (5.0, -5.0), (1, 5), strict=True):
         assert set(np.asarray(half.get_offsets())[:, 1]) == {side}
@@ -122,8 +130,25 @@ def test_one_field_is_mirrored_and_two_are_half_and_half(axes, case):
     assert halves_text(pair) == ["above: damage; below: speed"]
 
 
+def test_bodies_without_the_model_are_grey_and_do_not_count(axes):
+    case, shot = broken_case("sphere"), snapshot(1e9)
+    shot.arrays["damage"][:] = np.where(shot.arrays["body"] == 0, 0.5, np.nan)
+    shown = SHOWN_FIELDS["damage"].shown(shot.arrays, case)
+    assert np.isnan(shown).tolist() == (shot.arrays["body"] == 1).tolist()
+    free = SHOWN_FIELDS["damage"]._replace(limits=None)
+    (shading,) = find_shadings([Chosen(free)], [shot], VIEW, case)
+    assert (shading.low, shading.high) == pytest.approx((0.475, 0.525))
+    Dots(axes, case, VIEW, [shading]).show(shot)
+    (dots,) = axes.collections
+    axes.figure.draw_without_rendering()
+    colours = dots.get_facecolors()
+    assert len(colours) == 2 * 999
+    grey = (colours == to_rgba("0.75")).all(axis=1)
+    assert grey.tolist() == 2 * (shot.arrays["body"][:999] == 1).tolist()
+
+
 def test_a_half_may_have_names(axes, case):
-    pair = find_shadings(chosen("body", "damage"), [], VIEW)
+    pair = find_shadings(chosen("body", "damage"), [], VIEW, case)
     Dots(axes, case, VIEW, pair).show(snapshot())
     filled = [line for line in axes.lines if line.get_marker() == "o"]
     filled = [line for line in filled if len(line.get_xdata())]
@@ -136,7 +161,7 @@ def test_a_half_may_have_names(axes, case):
 
 
 def test_bars_stand_beside_their_halves_with_units(axes, case):
-    pair = find_shadings(chosen("damage", "speed"), [snapshot()], VIEW)
+    pair = find_shadings(chosen("damage", "speed"), [snapshot()], VIEW, case)
     draw_bars(axes, pair)
     _, above, below = axes.figure.axes
     assert above.get_ylabel() == "damage"

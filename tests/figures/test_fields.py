@@ -1,5 +1,7 @@
 """The table of fields that pictures show, and how they are chosen."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from launch import CASES
@@ -14,6 +16,7 @@ from mpisph.figures.fields import (
     require_fields,
 )
 from mpisph.inputs.quantities import si_value
+from mpisph.physics.response import MODEL_FIELDS
 
 SAVED = {field.name: field for field in FIELDS if field.saved}
 
@@ -22,11 +25,13 @@ SAVED = {field.name: field for field in FIELDS if field.saved}
 def test_each_field_is_made_of_what_snapshots_carry(field):
     units = {SAVED[name].unit for name in field.needs}
     assert {field.si.replace("^", "") or "1"} == units
-    arrays = {name: np.array([3.0]) for name in field.needs}
+    every = SimpleNamespace(fields=MODEL_FIELDS)
+    case = SimpleNamespace(bodies=4 * [None], body_models=lambda body: every)
+    arrays = {name: np.array([3.0]) for name in field.needs} | {"body": np.array([3])}
     want = np.hypot(3.0, 3.0) if field.name == "speed" else 3.0
     # The unit of the colour bar, as a case file would read it.
     si = si_value(f"1 {field.unit.replace('³', '3')}", field.si) if field.unit else 1.0
-    assert field.shown(arrays) == pytest.approx(want / si)
+    assert field.shown(arrays, case) == pytest.approx(want / si)
     assert bool(field.names) != bool(field.colours)
 
 

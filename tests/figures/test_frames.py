@@ -151,7 +151,10 @@ def test_what_is_written_stays_within_the_frame(case):
 def test_a_frame_with_bars_has_room_for_them(tmp_path, case):
     path = write(tmp_path, case, 0, 0.05)
     view, snapshot = common_view([path], case), read_snapshot(path)
-    shadings = find_shadings(choose_fields(["damage", "speed"], []), [snapshot], view)
+    chosen = choose_fields(["damage", "speed"], [])
+    shadings = find_shadings(chosen, [snapshot], view, case)
+        choose_fields(["damage", "speed"], []), [snapshot], view, case
+    )
     frame = Frame(case, view, FILM, shadings)
     frame.show(snapshot)
     figure = frame.figure
