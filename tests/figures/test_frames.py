@@ -153,8 +153,6 @@ def test_a_frame_with_bars_has_room_for_them(tmp_path, case):
     view, snapshot = common_view([path], case), read_snapshot(path)
     chosen = choose_fields(["damage", "speed"], [])
     shadings = find_shadings(chosen, [snapshot], view, case)
-        choose_fields(["damage", "speed"], []), [snapshot], view, case
-    )
     frame = Frame(case, view, FILM, shadings)
     frame.show(snapshot)
     figure = frame.figure
