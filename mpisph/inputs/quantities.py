@@ -107,11 +107,15 @@ def conversion_factor(unit: str, si_unit: str, common: bool) -> Decimal:
     common : bool
         Whether to know `COMMON_UNITS` only.
     """
+    import pint
+
     registry = _registry(common)
     spelled = _POWER.sub(r"**\1", unit.replace("·", "*"))
-    measured = registry.Quantity(Decimal(1), registry.parse_units(spelled))
+    units = registry.parse_units(spelled)
     wanted = registry.parse_units(_POWER.sub(r"**\1", si_unit))
-    return Decimal(measured.to(wanted).magnitude)
+    if registry.Quantity(Decimal(0), units).to(wanted).magnitude != 0:
+        raise pint.OffsetUnitCalculusError(unit)
+    return Decimal(registry.Quantity(Decimal(1), units).to(wanted).magnitude)
 
 
 def _checked_factor(unit: str, si_unit: str) -> Decimal:
@@ -126,6 +130,8 @@ def _checked_factor(unit: str, si_unit: str) -> Decimal:
         raise _failure(f"unknown unit {unit!r}", si_unit) from None
     except pint.DimensionalityError:
         raise _failure(f"{unit!r} is of another dimension", si_unit) from None
+    except pint.OffsetUnitCalculusError:
+        raise _failure(f"{unit!r} counts from another zero", si_unit) from None
     except (pint.PintError, ArithmeticError, ValueError, TypeError):
         raise _failure(f"cannot convert the unit {unit!r}", si_unit) from None
 
