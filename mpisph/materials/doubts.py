@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from mpisph.materials.model import TABLES, Material
+from mpisph.physics.eos.table import States
+from mpisph.physics.response import KINDS
 
 __all__ = ["card_doubts", "doubtful_constants"]
 
@@ -35,6 +39,12 @@ LEAST_FUSION, LARGEST_FUSION = 0.02, 5.0
 LARGEST_HEATING = 3.0
 """Mean heat capacity up to melting over that at the reference temperature."""
 
+LEAST_HEAT, LARGEST_HEAT = 0.8e6, 6e6
+"""Heat capacity of a volume of a solid [J/m3/K]; the cards have 1.4 to 3.5 MJ/m3/K."""
+
+LEAST_CRUSH, LARGEST_CRUSH = 1e-8, 0.3
+"""Pressures that crush pores over the bulk modulus of the solid."""
+
 COMPRESSED = 0.3
 """Share of the volume by which a strong shock compresses a solid."""
 
@@ -50,7 +60,9 @@ LEAST_DENSITY, LARGEST_DENSITY = 20.0, 3e4
 
 
 def card_doubts(card: Material) -> Iterator[str]:
-    """Yield what is doubtful about the constants of a card, of all its models."""
+    """Yield what is doubtful about a card: its choices, and the constants it has."""
+    for name, text in _doubts_of_choices(card):
+        yield f"{card.name}.{name}: {text}"
     if (linear := card.constants("linear")) is not None:
         tables = {name: own for name in TABLES if (own := card.constants(name))}
         yield from doubtful_constants(card.name, card.rho0, linear.bulk_modulus, tables)
@@ -76,6 +88,23 @@ def doubtful_constants(
         yield f"{key}.{name}: {text}"
 
 
+def _doubts_of_choices(card: Material) -> Iterator[tuple[str, str]]:
+    """Yield choices that a case refuses."""
+    for kind in KINDS:
+        name = getattr(card, kind)
+        if name not in TABLES or name == "minimum-pressure":  # the scheme has that
+            continue
+        constants = card.constants(name)
+        if constants is None:
+            yield kind, f"it has no {name} constants, without which a case refuses it"
+        elif constants.needs_temperature and card.thermal in {None, "none"}:
+            yield (
+                kind,
+                f"{name} depends on the temperature, which a thermal model gives; "
+                'set thermal = "heat-capacity", and give it those constants',
+            )
+
+
 def _doubts(
     rho0: float, bulk: float, tables: Mapping[str, Any]
 ) -> Iterator[tuple[str, str]]:
@@ -87,7 +116,10 @@ def _doubts(
         yield "eos", f"sound at {speed:.4g} m/s in a solid: is the unit right?"
         return  # the bulk modulus, by which the others are judged, is wrong too
     yield from _doubts_of_strength(bulk, tables)
-    yield from _doubts_of_heat(tables)
+    yield from _doubts_of_heat(rho0, tables)
+    yield from _doubts_of_pores(bulk, tables)
+    if table := tables.get("table"):
+        yield from _doubts_of_table(rho0, table.states)
     if spall := tables.get("spall"):
         share = spall.strength / bulk
         if not LEAST_SPALL <= share <= LARGEST_SPALL:
@@ -143,10 +175,51 @@ def _doubts_of_strength(
             )
 
 
-def _doubts_of_heat(tables: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _doubts_of_pores(
+    bulk: float, tables: Mapping[str, Any]
+) -> Iterator[tuple[str, str]]:
+    pores = tables.get("p-alpha")
+    for name in ("elastic_pressure", "solid_pressure") if pores else ():
+        P = getattr(pores, name)
+        if P > 0.0 and not LEAST_CRUSH <= P / bulk <= LARGEST_CRUSH:
+            yield (
+                f"p-alpha.{name}",
+                f"{P:.4g} Pa is {P / bulk:.2g} of the bulk modulus of the solid; is "
+                "the unit right?",
+            )
+
+
+def _doubts_of_table(rho0: float, states: States) -> Iterator[tuple[str, str]]:
+    """Yield where compression would lower the pressure, the first place.
+
+    Below the reference density that is what a loop of van der Waals does.
+    """
+    rho, P = states.density, states.pressure
+    fall = np.argwhere((np.diff(P, axis=0) < 0.0) & (rho[1:, None] > rho0))
+    if fall.size:
+        i, j = fall[0]
+        yield (
+            "table",
+            f"at {states.temperature[j]:g} K the pressure falls from {P[i, j]:.4g} to "
+            f"{P[i + 1, j]:.4g} Pa as the density rises from {rho[i]:g} to "
+            f"{rho[i + 1]:g} kg/m3: what is compressed there collapses",
+        )
+
+
+def _doubts_of_heat(
+    rho0: float, tables: Mapping[str, Any]
+) -> Iterator[tuple[str, str]]:
     heat = tables.get("heat-capacity")
     if heat is None:
         return
+    volume = rho0 * heat.heat_capacity
+    if not LEAST_HEAT <= volume <= LARGEST_HEAT:
+        yield (
+            "heat-capacity.heat_capacity",
+            f"{heat.heat_capacity:.4g} J/kg/K is {volume / 1e6:.3g} MJ/m3/K, where "
+            "solids have 1 to 4; is the unit right?",
+        )
+        return  # the heats are judged by it
     T_m = heat.melting_temperature
     least = heat.melting_gamma - heat.melting_slope * COMPRESSED
     if least < 0.333:

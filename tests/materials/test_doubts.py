@@ -1,22 +1,29 @@
 """Constants that no matter has: slips of units and signs."""
 
+import numpy as np
 import pytest
+import tables
 
 from mpisph.materials import Material, card_names, load_card
 from mpisph.materials.doubts import card_doubts
 
 
 def doubts(name, changes):
-    raw = load_card(name).model_dump(by_alias=True, exclude_none=True)
-    raw.pop("linear", None)
+    card = load_card(name)
+    raw = card.model_dump(by_alias=True, exclude_none=True)
+    if "linear" not in card.given:  # it follows from what is changed
+        raw.pop("linear", None)
     for key, value in changes.items():
-        raw[key] = {**raw[key], **value} if isinstance(value, dict) else value
+        raw[key] = {**raw.get(key, {}), **value} if isinstance(value, dict) else value
     return list(card_doubts(Material.model_validate(raw)))
 
 
 def test_no_shipped_card_is_doubtful():
     for name in card_names():
         assert doubts(name, {}) == []
+
+
+PORES = {"initial_distension": 1.5, "elastic_pressure": 0.0, "solid_pressure": 1e9}
 
 
 @pytest.mark.parametrize(
@@ -63,6 +70,26 @@ def test_no_shipped_card_is_doubtful():
             "1.19e+03 times",
         ),
         (
+            {"heat-capacity": {"heat_capacity": 0.885e6, "heat_to_melting": 0.0}},
+            "heat-capacity.heat_capacity",
+            "2.39e+03 MJ/m3/K",
+        ),
+        (
+            {"heat-capacity": {"heat_capacity": 8.85}},
+            "heat-capacity.heat_capacity",
+            "is the unit right?",
+        ),
+        (
+            {"p-alpha": PORES | {"elastic_pressure": 50.0}},
+            "p-alpha.elastic_pressure",
+            "50 Pa",
+        ),
+        (
+            {"p-alpha": PORES | {"solid_pressure": 5e10}},
+            "p-alpha.solid_pressure",
+            "0.67 of",
+        ),
+        (
             {"heat-capacity": {"melting_gamma": 0.2}},
             "heat-capacity.melting_gamma",
             "falls with compression;",
@@ -78,3 +105,35 @@ def test_a_slip_is_seen(changes, key, words):
     (text,) = doubts("al-6061-t6", changes)
     assert text.startswith(f"al-6061-t6.{key}: ")
     assert words in text
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "words"),
+    [
+        ({"steinberg-guinan": None}, "strength", "no steinberg-guinan constants"),
+        ({"failure": "grady-kipp"}, "failure", "no grady-kipp constants"),
+        ({"thermal": None, "ductile": None}, "strength", 'set thermal = "heat-capaci'),
+        ({"thermal": "none", "strength": None}, "ductile", "depends on the temperat"),
+    ],
+)
+def test_a_choice_that_every_case_refuses_is_named(changes, key, words):
+    (text,) = doubts("al-6061-t6", changes)
+    assert text.startswith(f"al-6061-t6.{key}: ")
+    assert words in text
+
+
+def test_the_schemes_minimum_pressure_may_be_chosen():
+    assert doubts("al-6061-t6", {"failure": "minimum-pressure"}) == []
+
+
+@pytest.mark.parametrize(("density", "doubted"), [(2600.0, False), (2850.0, True)])
+def test_a_pressure_that_falls_is_doubted_above_the_reference_density(density, doubted):
+    states = tables.mie_grueneisen()
+    i, P = np.searchsorted(states.density, density), states.pressure.copy()
+    P[i, 3] = P[i - 1, 3] - 1e6
+    content = states._replace(pressure=P).packed()
+    found = doubts("al-6061-t6", {"eos": "table", "table": {"content": content}})
+    assert [text.partition(":")[0] for text in found] == ["al-6061-t6.table"] * doubted
+    assert (
+        not doubted or f"at {states.temperature[3]:g} K the pressure falls" in found[0]
+    )
