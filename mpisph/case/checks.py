@@ -15,7 +15,7 @@ from mpisph.inputs.findings import Finding, Key
 from mpisph.inputs.spelling import nearest_quoted
 from mpisph.materials import card_names
 from mpisph.materials.choice import chosen_models
-from mpisph.materials.model import TABLES, Material
+from mpisph.materials.model import TABLES
 from mpisph.physics.eos.table import Tabulated
 from mpisph.physics.response import KINDS, MaterialModels
 
@@ -43,6 +43,7 @@ def find_problems(parts: Parts) -> list[Finding]:
         _check_resolution,
         _check_materials,
         _check_models,
+        _check_temperatures,
         _check_measured_plate,
         _check_clock,
         _check_time_step,
@@ -194,8 +195,6 @@ def _check_models(parts: Parts) -> Iterator[Finding]:
                 known = f"; it has those of {', '.join(others)}" if others else ""
                 fluid = _FLUID.get(kind, "") if not others else ""
                 yield Finding(key, f"{who}, has no {label} constants{known}{fluid}")
-            elif name in TABLES and chosen.constants[name].needs_temperature:
-                yield from _check_temperature(material, chosen, key, who)
         yield from _check_state_at_rest(chosen, ("materials", body.material))
 
 
@@ -212,21 +211,43 @@ def _check_state_at_rest(chosen: MaterialModels, key: Key) -> Iterator[Finding]:
         yield Finding((*key, "porosity"), text)
 
 
-def _check_temperature(
-    material: Material, chosen: MaterialModels, key: Key, who: str
-) -> Iterator[Finding]:
+def _check_temperatures(parts: Parts) -> Iterator[Finding]:
     """Require a thermal model where another model depends on the temperature."""
-    if chosen.names["thermal"] != "none":
+    if parts.scheme is None:
         return
-    known = [model for model in KINDS["thermal"] if material.constants(model)]
-    remedy = "give it the constants of a thermal model, or take another model"
-    if known:
-        remedy = f'set thermal = "{known[0]}", for which it has constants'
-    yield Finding(
-        key,
-        f"{who}, has no temperature, on which {chosen.names[str(key[-1])]} depends; "
-        f"{remedy}",
-    )
+    stated = "thermal" in parts.scheme.model_fields_set
+    cold: list[str] = []
+    for used in dict.fromkeys(body.material for body in parts.bodies if body):
+        material = parts.materials.get(used)
+        if material is None:
+            continue
+        chosen = chosen_models(material, parts.scheme)
+        known = [model for model in KINDS["thermal"] if material.constants(model)]
+        for kind, name in chosen.names.items():
+            constants = chosen.constants.get(name)
+            if constants is None or not constants.needs_temperature:
+                continue
+            if chosen.names["thermal"] != "none":
+                continue
+            if stated and known and material.thermal is None:
+                cold.append(f'{name} of "{material.name}"')
+                continue
+            own = getattr(material, kind) is not None
+            remedy = "give it the constants of a thermal model, or take another model"
+            if known:
+                remedy = f'set materials.{used}.thermal = "{known[0]}", for which it '
+                remedy += "has constants"
+            yield Finding(
+                ("materials", used, kind) if own else ("scheme", kind),
+                f'"{material.name}" has no temperature, on which {name} depends; '
+                f"{remedy}",
+            )
+    if cold:
+        yield Finding(
+            ("scheme", "thermal"),
+            f"{', '.join(cold)} depend on the temperature; leave this out, so that the "
+            "cards choose, or take a thermal model",
+        )
 
 
 def _check_measured_plate(parts: Parts) -> Iterator[Finding]:

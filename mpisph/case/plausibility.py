@@ -12,14 +12,15 @@ from mpisph.case.bodies import Body
 from mpisph.case.contact import first_contact, meeting_time, plane_times
 from mpisph.case.model import Case
 from mpisph.case.profiles import starting_state
-from mpisph.case.sections import Resolution, Viscosity
+from mpisph.case.sections import Resolution, Scheme, Viscosity
 from mpisph.case.shapes.section import FloatArray
 from mpisph.core.errors import CaseError
 from mpisph.inputs.quantities import FrozenModel
 from mpisph.materials.doubts import doubtful_constants
 from mpisph.physics.eos import GASES
 from mpisph.physics.eos.table import Tabulated
-from mpisph.physics.response import MaterialModels
+from mpisph.physics.failure.minimum_pressure import MinimumPressure
+from mpisph.physics.response import KINDS, MaterialModels
 
 __all__ = ["find_warnings"]
 
@@ -76,6 +77,7 @@ def find_warnings(case: Case) -> list[str]:
         _warn_of_starting_state,
         _warn_of_thin_walls,
         _warn_of_foam,
+        _warn_of_scheme,
         _warn_of_materials,
         _warn_of_heat,
         _warn_of_smoothing,
@@ -190,26 +192,65 @@ def _warn_of_foam(case: Case) -> Iterator[str]:
     velocity = _impact_speed(case)
     if not 0.0 < velocity < _STRENGTH_COUNTS:
         return
-    for name in dict.fromkeys(body.material for body in case.bodies):
-        models = [m for m in case.material_table if m.material == name]
-        if any(_strong_without_tension(model) for model in models):
-            yield (
-                f"scheme.p_min, for {name}: with a minimum pressure of 0 the material "
-                f"bears no tension, and at {velocity:g} m/s what has "
-                'strength turns to foam; set mode = "off", or a spall strength as '
-                'value, such as "-1.2 GPa"'
-            )
+    foams = [m for m in case.material_table if _strong_without_tension(m)]
+    ductile = any(m.names["ductile"] != "none" for m in foams)
+    off = "" if ductile else ', or mode = "off"'
+    for models in {m.material: m for m in foams}.values():
+        material = case.materials[models.material]
+        # In the scheme it would take the place of what other cards choose.
+        named = not case.scheme.model_fields_set.isdisjoint({"failure", "p_min"})
+        if named and material.constants(_LIMIT) is None:
+            key = f"scheme.p_min, for {models.material}"
+        else:
+            key = f"materials.{models.material}.{_LIMIT}"
+        yield (
+            f"{key}: with a minimum pressure of 0 the material bears no tension, and "
+            f"at {velocity:g} m/s what has strength turns to foam; set a spall "
+            f'strength as value there, such as "-1.2 GPa"{off}; or give it failure '
+            '= "spall" with a strength'
+        )
+
+
+_LIMIT = "minimum-pressure"
 
 
 def _strong_without_tension(models: MaterialModels) -> bool:
     strength, failure = (models.names[kind] for kind in ("strength", "failure"))
-    if strength == "none" or failure != "minimum-pressure":
+    if strength == "none" or failure != _LIMIT:
         return False
     constants: Any = models.constants
     limit, yields = constants[failure], 1.0
     if strength == "elastic-plastic":
         yields = constants[strength].yield_strength
     return bool(yields > 0.0 and limit.value == 0.0 and limit.mode != "off")
+
+
+def _bears_any_tension(models: MaterialModels) -> bool:
+    if models.names["failure"] != _LIMIT:
+        return models.names["failure"] == "none"
+    limit: Any = models.constants[_LIMIT]
+    return bool(limit.mode == "off" or limit.value == -math.inf)
+
+
+def _warn_of_scheme(case: Case) -> Iterator[str]:
+    """Warn of models for all materials that none of them takes."""
+    scheme, table = case.scheme, case.material_table
+    for kind in KINDS:
+        chosen, default = getattr(scheme, kind), Scheme.model_fields[kind].default
+        if chosen == default or chosen in {m.names[kind] for m in table}:
+            continue
+        where = " or ".join(f"materials.{name}.{kind}" for name in case.materials)
+        bodies = ", or of their bodies" if kind == "eos" else ""
+        yield (
+            f'scheme.{kind}: no material takes "{chosen}", for all name a model of '
+            f"their own; change {where}{bodies}"
+        )
+    limits = [m.constants[_LIMIT] for m in table if m.names["failure"] == _LIMIT]
+    if scheme.p_min != MinimumPressure() and scheme.p_min not in limits:
+        yield (
+            "scheme.p_min: no material takes it, for each fails by another model, or "
+            f"has a table {_LIMIT} of its own; change those, or leave it out"
+        )
 
 
 def _warn_of_materials(case: Case) -> Iterator[str]:
@@ -242,10 +283,11 @@ def _doubts(models: MaterialModels) -> Iterator[str]:
                     f"nor plastic strain, and {model} breaks nothing; give it "
                     f"strength, or set {kind} to another model"
                 )
-    elif models.names["failure"] == "none" != models.names["ductile"]:
+    elif models.names["ductile"] != "none" and _bears_any_tension(models):
         yield (
             f"{key}.failure: tension from all sides strains nothing plastically, and "
-            f'without a model of failure matter bears any; set failure = "spall"'
+            "without a limit to it matter bears any; set failure = "
+            f'"spall", or {_LIMIT} with a finite value'
         )
 
 

@@ -1,6 +1,7 @@
 """What is accepted but hardly meant: warnings, each with its key and what to do."""
 
 import math
+import tomllib
 
 import pytest
 from launch import CASES
@@ -57,7 +58,7 @@ def test_shots_have_none(name):
         (["bodies.sphere.velocity=6.68 km/h"], "bodies.*.velocity", "1.856 m/s"),
         (["bodies.sphere.velocity=66.8 km/s"], "bodies.*.velocity", "6.68e+04 m/s"),
         (["bodies.plate.thickness=0.5 mm"], "bodies.plate", "resolution.npr = 29"),
-        (["bodies.sphere.velocity=2 km/s"], "scheme.p_min", 'mode = "off"'),
+        (["bodies.sphere.velocity=2 km/s"], "scheme.p_min", "such as"),
         (["resolution.npr=3"], "resolution.npr", "resolve no shock"),
         (["resolution.nph=0.7"], "resolution.nph", "take 0.8 or more"),
         (["scheme.viscosity.alpha=0.5"], "scheme.viscosity.alpha", "take 1 or more"),
@@ -76,7 +77,7 @@ FOAM = {"strength": "elastic-plastic", "p_min": {"value": 0.0}}
 @pytest.mark.parametrize(
     "settings",
     [
-        {"p_min": {"mode": "off"}},
+        {"p_min": {"mode": "off"}, "ductile": "none"},
         {"p_min": {"value": -1.2e9}},
         {"strength": "none", "ductile": "none"},
     ],
@@ -86,6 +87,81 @@ def test_foam_needs_strength_and_a_limit_of_zero(settings):
     assert keys(case_of(*bodies, scheme=FOAM)) == ["scheme.p_min"]
     assert keys(case_of(*bodies, scheme=FOAM | settings)) == []
     assert keys(case_of(*bodies)) == []
+
+
+SLOW = (
+    body("sphere", position=-5e-3, velocity=2e3),
+    body(material="steel-304", thickness=10e-3),
+)
+
+
+@pytest.mark.parametrize(
+    "advice",
+    [
+        {"minimum-pressure": {"value": "-1.2 GPa"}},
+        {"minimum-pressure": {"mode": "off"}},
+        {"failure": "spall", "spall": {"strength": "2 GPa"}},
+    ],
+)
+def test_foam_of_one_card_is_cured_where_the_others_stay(advice):
+    (warning,) = find_warnings(case_of(*SLOW))
+    assert warning.startswith("materials.steel-304.minimum-pressure: ")
+    case = case_of(*SLOW, materials={"steel-304": advice})
+    assert find_warnings(case) == []
+    assert case.material_table[0].names["failure"] == "spall"
+
+
+def test_what_fractures_is_not_advised_to_bear_any_tension():
+    sphere, plate = SLOW
+    hard = plate | {"material": "steel-4340"}
+    (warning,) = find_warnings(case_of(sphere, hard))
+    assert 'mode = "off"' not in warning
+    own = {"steel-4340": {"minimum-pressure": {"mode": "off"}}}
+    (warning,) = find_warnings(case_of(sphere, hard, materials=own))
+    assert warning.startswith("materials.steel-4340.failure: ")
+    own["steel-4340"] = {"minimum-pressure": {"value": "-inf"}}
+    assert find_warnings(case_of(sphere, hard, materials=own)) != []
+
+
+def test_foam_of_a_table_of_ones_own_is_cured_there():
+    own = {"steel-304": {"minimum-pressure": {"value": 0.0}}}
+    case = case_of(*SLOW, scheme={"failure": "minimum-pressure"}, materials=own)
+    found = [text.partition(":")[0] for text in find_warnings(case)]
+    assert found == [
+        "scheme.p_min, for al-6061-t6",
+        "materials.steel-304.minimum-pressure",
+    ]
+
+
+CHOSEN = {"failure": "spall", "spall": {"strength": "2 GPa"}}
+
+
+@pytest.mark.parametrize(
+    ("scheme", "warned"),
+    [
+        ({"strength": "johnson-cook"}, ["scheme.strength"]),
+        ({"strength": "none"}, ["scheme.strength"]),
+        ({"strength": "elastic-plastic"}, []),  # the default
+        ({"strength": "steinberg-guinan"}, []),  # as they have it
+        ({"failure": "grady-kipp"}, ["scheme.failure"]),
+        ({"p_min": {"value": "-1 GPa"}}, ["scheme.p_min"]),
+        ({"p_min": {"value": 0.0}}, []),
+        ({"eos": "tillotson"}, ["scheme.eos"]),
+    ],
+)
+def test_a_scheme_that_no_material_takes_is_told(scheme, warned):
+    names = {"eos": "mie-grueneisen", "strength": "steinberg-guinan"}
+    own = {name: CHOSEN | names for name in ("al-6061-t6", "steel-304")}
+    case = case_of(*SLOW, scheme=scheme, materials=own)
+    assert keys(case) == warned
+    again = case_from_dict(tomllib.loads(case.to_toml()))
+    assert keys(again) == warned
+
+
+def test_a_scheme_that_one_material_takes_is_not_told():
+    case = case_of(*SLOW, materials={"steel-304": CHOSEN})
+    again = case_from_dict(tomllib.loads(case.to_toml()))
+    assert keys(case) == keys(again) == []
 
 
 def test_a_wall_that_nothing_reaches_in_time_is_named():
@@ -243,7 +319,7 @@ def test_hardening_matter_without_tension_is_foam_too():
     hard = {"strength": "johnson-cook", "failure": "minimum-pressure"}
     sphere = body("sphere", position=-5e-3, velocity=2e3)
     case = case_of(sphere, body(), materials={"al-6061-t6": hard})
-    assert keys(case) == ["scheme.p_min"]
+    assert keys(case) == ["materials.al-6061-t6.minimum-pressure"]
 
 
 def test_a_radial_velocity_in_a_wrong_unit():

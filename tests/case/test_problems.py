@@ -198,8 +198,20 @@ def test_what_softens_by_heat_needs_a_temperature(data, choice, key):
     problem = only_problem(data)
     assert problem.key == f"materials.cu-ofhc.{key}"
     assert "has no temperature" in problem.expected
-    assert 'set thermal = "heat-capacity"' in problem.expected
+    assert 'set materials.cu-ofhc.thermal = "heat-capacity"' in problem.expected
     data["materials"]["cu-ofhc"]["thermal"] = "heat-capacity"
+    assert case_from_dict(data)
+
+
+def test_a_scheme_without_temperatures_is_told_once(data):
+    data["scheme"] = {"thermal": "none"}
+    data["bodies"][0]["material"] = "al-6061-t6"
+    data["bodies"][1]["material"] = "cu-ofhc"
+    problem = only_problem(data)
+    assert problem.key == "scheme.thermal"
+    for name in ("al-6061-t6", "cu-ofhc"):
+        assert f'steinberg-guinan of "{name}"' in problem.expected
+    del data["scheme"]["thermal"]
     assert case_from_dict(data)
 
 
