@@ -22,6 +22,7 @@ from launch import TOP
 
 from mpisph import __version__
 from mpisph.cli.main import cli
+from mpisph.io.checkpoint import PARTICLE_BYTES
 
 EVERY_DOCUMENT = pytest.mark.parametrize("name", NAMES)
 SCRIPTS = [p for p in (TOP / "scripts").iterdir() if p.suffix in {"", ".sh"}]
@@ -168,6 +169,11 @@ def test_the_scripts_are_listed():
     listed = re.findall(r"\]\(([\w.]+)\)", " ".join(row[0] for row in rows))
     there = {p.name for p in (TOP / "scripts").iterdir() if p.suffix != ".md"}
     assert set(listed) == there
+
+
+def test_the_size_of_a_checkpoint_is_what_a_particle_takes_there():
+    said = re.search(r"A million particles take (\d+) MB", text_of("cases/README.md"))
+    assert int(said.group(1)) == PARTICLE_BYTES
 
 
 def test_the_citation_and_the_changelog_are_of_this_version():

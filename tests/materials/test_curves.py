@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from documents import table_rows, text_of
 
 from mpisph.materials import Material, load_card
 from mpisph.materials.curves import (
@@ -146,6 +147,18 @@ def test_melting_behind_shocks_begins_where_it_was_measured(name):
     found = shocks(table_of(card, equations_of_state(card)[0]), 5e3).states
     onset = found.P[np.argmax(found.melt > 0.0)] / 1e9
     assert onset == pytest.approx(MELTED[name], rel=0.2)
+
+
+def test_the_page_of_the_cards_says_where_they_melt_behind_shocks():
+    page = text_of("mpisph/materials/README.md").replace("\n  |", "\n|")
+    rows = table_rows(page, "| card | behind shocks")
+    assert len(rows) > 5
+    for name, said, _ in rows:
+        card = load_card(name.strip("`"))
+        found = shocks(table_of(card, equations_of_state(card)[0]), 5e3, 1000).states
+        ends = [np.argmax(found.melt > 0.0), np.argmax(found.melt >= 1.0)]
+        expected = [float(number) for number in said.split(" to ")]
+        assert found.P[ends] / 1e9 == pytest.approx(expected, rel=0.01), name
 
 
 def test_temperatures_behind_shocks_are_those_measured():
