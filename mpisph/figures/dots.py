@@ -244,6 +244,9 @@ class _ColouredDots:
             rasterized=True,
             zorder=2,
         )
+        if shading.field.is_missing(case):
+            label = f"no model of {shading.field.label}"
+            axes.plot([], [], "o", markersize=6.0, color=_NO_VALUE, label=label)
 
     def show(self, arrays: Mapping[str, npt.NDArray[Any]], size: float) -> None:
         """Draw particles as dots of a size [pt]."""
@@ -300,9 +303,10 @@ def halves_text(shadings: Sequence[Shading]) -> list[str]:
 
 
 def legend_entries(case: Case, shadings: Sequence[Shading] = BODIES) -> int:
-    """Return how many entries the legend has: names, rear faces and planes."""
+    """Return how many entries the legend has: names, grey, rear faces and planes."""
     names = (x.field.names(case) for x in shadings if x.field.names is not None)
-    return sum(map(len, names)) + 1 + case.boundary.exists
+    grey = sum(x.has_bar and x.field.is_missing(case) for x in shadings)
+    return sum(map(len, names)) + grey + 1 + case.boundary.exists
 
 
 def _particles_a_dot(snapshot: Snapshot) -> int:

@@ -80,9 +80,15 @@ class ShownField(NamedTuple):
         case : Case
         """
         values = np.asarray(self.scale * self.values(arrays), np.float64)
+        return np.where(np.array(self._given(case))[arrays["body"]], values, np.nan)
+
+    def is_missing(self, case: Case) -> bool:
+        """Say whether the models of a body do not give it."""
+        return not all(self._given(case))
+
+    def _given(self, case: Case) -> list[bool]:
         wanted = MODEL_FIELDS.intersection(self.needs)
-        given = [wanted <= case.body_models(body).fields for body in case.bodies]
-        return np.where(np.array(given)[arrays["body"]], values, np.nan)
+        return [wanted <= case.body_models(body).fields for body in case.bodies]
 
 
 class Chosen(NamedTuple):

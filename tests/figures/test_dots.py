@@ -145,6 +145,8 @@ def test_bodies_without_the_model_are_grey_and_do_not_count(axes):
     assert len(colours) == 2 * 999
     grey = (colours == to_rgba("0.75")).all(axis=1)
     assert grey.tolist() == 2 * (shot.arrays["body"][:999] == 1).tolist()
+    assert axes.get_legend_handles_labels()[1] == ["no model of damage"]
+    assert legend_entries(case, [shading]) == 2  # with the rear face
 
 
 def test_a_half_may_have_names(axes, case):

@@ -143,6 +143,32 @@ def test_strain_to_fracture_r18_is_that_at_the_rate_and_temperature():
     assert p.get("ductile_damage") - used == approx(increment / strain, rel=1e-9)
 
 
+def test_tearing_r18_is_of_what_cracks_have_left():
+    """``1 - D = (1 - o)(1 - t)``: half open, matter that tears loses half as much."""
+    lost = []
+    for opening in (0.0, 0.5):
+        p = Point(
+            models(
+                {
+                    "ductile": "johnson-cook-damage",
+                    "strength": "elastic-plastic",
+                    "failure": "spall",
+                },
+                johnson_cook_damage=STEEL | {"crack_energy": 20e3},
+                elastic_plastic=ELASTIC,
+                spall={"strength": 1e9},
+            )
+        )
+        p.set(opening=opening, damage=opening, ductile_damage=1.0)
+        p.respond(0.0)
+        for _ in range(20):
+            p.strain(pure_shear(1e6), 1e-9, heat=False)
+        lost.append(p.get("damage") - opening)
+        assert p.get("opening") == opening
+    assert lost[0] > 0.0
+    assert lost[1] == approx(0.5 * lost[0], rel=1e-6)
+
+
 def test_tearing_r18_takes_the_energy_of_the_crack():
     """The stress times the plastic strain times the band, from fracture to the end."""
     energy, dt = 20e3, 1e-8

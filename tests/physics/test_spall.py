@@ -227,6 +227,27 @@ def test_matter_r16_that_is_torn_bears_its_share_of_the_tension():
     assert untorn_share(1.0, 1.0) == untorn_share(1.0, 0.3) == 0.0
 
 
+def test_the_principal_tension_r16_of_torn_matter_is_that_of_what_bears():
+    """Half torn, with half of the stress: the same excess, the same opening."""
+    openings = []
+    for torn in (0.0, 0.5):
+        p = Point(
+            models(
+                {"failure": "spall", "strength": "elastic-plastic"},
+                spall={"strength": STRENGTH, "criterion": "principal"},
+                elastic_plastic=ELASTIC,
+            ),
+            size=SIZE,
+        )
+        share = 1.0 - torn
+        p.set(damage=torn, S_zz=0.15e9 * share, S_rr=-0.075e9 * share)
+        p.set(rho=2700.0 * (1.0 - 1.1e9 / BULK))
+        p.respond(1e-9)
+        openings.append(p.get("opening"))
+    assert openings[0] > 0.0
+    assert openings[1] == approx(openings[0], rel=1e-9)
+
+
 def test_what_breaks_r16_takes_its_strain_along():
     """It leaves the rest of the stress, and strains nothing plastically."""
     p = Point(
