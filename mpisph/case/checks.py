@@ -245,8 +245,8 @@ def _check_temperatures(parts: Parts) -> Iterator[Finding]:
     if cold:
         yield Finding(
             ("scheme", "thermal"),
-            f"{', '.join(cold)} depend on the temperature; leave this out, so that the "
-            "cards choose, or take a thermal model",
+            f"{', '.join(cold)} cannot do without a temperature; expected a thermal "
+            "model, or nothing, so that the cards choose",
         )
 
 

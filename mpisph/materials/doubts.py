@@ -98,10 +98,12 @@ def _doubts_of_choices(card: Material) -> Iterator[tuple[str, str]]:
         if constants is None:
             yield kind, f"it has no {name} constants, without which a case refuses it"
         elif constants.needs_temperature and card.thermal in {None, "none"}:
+            has = card.constants("heat-capacity") is not None
+            constants_too = "" if has else ", and give it those constants"
             yield (
                 kind,
                 f"{name} depends on the temperature, which a thermal model gives; "
-                'set thermal = "heat-capacity", and give it those constants',
+                f'set thermal = "heat-capacity"{constants_too}',
             )
 
 
