@@ -3,6 +3,7 @@
 The models that a material has chosen stand in its row of the table of constants.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -174,7 +175,8 @@ def plastic_return(x, k, mat, stress, dt):
             low = increment
         else:
             high = increment
-        increment += excess / (stiffness + slope)
+        # In the logarithm, for that is how the rate counts: 4 iterations, not 15.
+        increment *= math.exp(excess / (increment * (stiffness + slope)))
         if not low < increment < high:
             increment = 0.5 * (low + high)
     return Y / stress, increment
