@@ -49,6 +49,10 @@ ROUNDING = 1e-14
 """The plastic increment is found when this share of the stress is left."""
 
 
+FARTHEST = 30.0
+"""Longest step of its logarithm: what is beyond is out of bounds anyway."""
+
+
 class MaterialModels(NamedTuple):
     """The models of one material, and their constants.
 
@@ -176,7 +180,8 @@ def plastic_return(x, k, mat, stress, dt):
         else:
             high = increment
         # In the logarithm, for that is how the rate counts: 4 iterations, not 15.
-        increment *= math.exp(excess / (increment * (stiffness + slope)))
+        step = excess / (increment * (stiffness + slope))
+        increment *= math.exp(min(step, FARTHEST))
         if not low < increment < high:
             increment = 0.5 * (low + high)
     return Y / stress, increment
