@@ -15,7 +15,7 @@ from run_folders import slow_steps
 from studies import ALPHA, UNSTABLE, small_study
 
 from mpisph.core.errors import MpisphError
-from mpisph.io.lock import FolderLock
+from mpisph.io.lock import FolderLock, in_use
 from mpisph.io.status import StatusFile, read_status
 from mpisph.parallel.collectives import from_root, on_root
 from mpisph.study.model import load_study
@@ -223,6 +223,14 @@ def wait_for(study, root, completed):
         time.sleep(0.02)
 
 
+def wait_until_free(study, root):
+    """Ranks that were killed let go of their folders."""
+    given_up = time.monotonic() + 60
+    while any(in_use(case_folder(root, case)) for case in study.cases):
+        assert time.monotonic() < given_up
+        time.sleep(0.05)
+
+
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGUSR1])
 def test_a_study_that_is_ended_in_the_middle_goes_on(tmp_path, how):
     path = write_study(tmp_path)
@@ -240,7 +248,7 @@ def test_a_study_that_is_ended_in_the_middle_goes_on(tmp_path, how):
     assert process.returncode == (75 if how == signal.SIGUSR1 else -how)
     if how == signal.SIGUSR1:
         assert "left" in text
-    time.sleep(0.5)  # ranks that were killed let go of their folders
+    wait_until_free(study, root)
     before = {c.key: read_status(case_folder(root, c)) for c in study.cases}
     ended = [key for key, s in before.items() if s and s.state == "completed"]
     assert 2 <= len(ended) < 6
