@@ -1,7 +1,6 @@
 """Running a study: what is run, by whom, and what happens when it goes wrong."""
 
 import json
-import os
 import signal
 import subprocess
 import time
@@ -12,6 +11,7 @@ from mpi4py import MPI
 from oracles import agree
 from rich.console import Console
 from run_folders import slow_steps
+from scheduler import kill, processes
 from studies import ALPHA, UNSTABLE, small_study
 
 from mpisph.core.errors import MpisphError
@@ -241,7 +241,7 @@ def test_a_study_that_is_ended_in_the_middle_goes_on(tmp_path, how):
     process = start(tmp_path, path)
     wait_for(study, root, 2)
     if how == signal.SIGKILL:
-        os.killpg(process.pid, how)
+        kill(processes(process.pid), how)  # its ranks have groups of their own
     else:
         process.send_signal(how)
     text, _ = process.communicate(timeout=60)
