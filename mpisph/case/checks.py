@@ -222,21 +222,25 @@ def _check_temperatures(parts: Parts) -> Iterator[Finding]:
         if material is None:
             continue
         chosen = chosen_models(material, parts.scheme)
+        if chosen.names["thermal"] != "none":
+            continue
+        depend = {
+            kind: name
+            for kind, name in chosen.names.items()
+            if name in chosen.constants and chosen.constants[name].needs_temperature
+        }
         known = [model for model in KINDS["thermal"] if material.constants(model)]
-        for kind, name in chosen.names.items():
-            constants = chosen.constants.get(name)
-            if constants is None or not constants.needs_temperature:
-                continue
-            if chosen.names["thermal"] != "none":
-                continue
-            if stated and known and material.thermal is None:
-                cold.append(f'{name} of "{material.name}"')
-                continue
+        if stated and known and material.thermal is None:
+            cold += [f'{name} of "{material.name}"' for name in depend.values()]
+            continue
+        remedy = "give it the constants of a thermal model, or take another model"
+        if known:
+            remedy = (
+                f'set materials.{used}.thermal = "{known[0]}", for which it has '
+                "constants"
+            )
+        for kind, name in depend.items():
             own = getattr(material, kind) is not None
-            remedy = "give it the constants of a thermal model, or take another model"
-            if known:
-                remedy = f'set materials.{used}.thermal = "{known[0]}", for which it '
-                remedy += "has constants"
             yield Finding(
                 ("materials", used, kind) if own else ("scheme", kind),
                 f'"{material.name}" has no temperature, on which {name} depends; '

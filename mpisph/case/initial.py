@@ -21,7 +21,7 @@ from mpisph.case.profiles import StartingState, starting_state
 from mpisph.case.sections import Initial
 from mpisph.case.size_checks import FARTHEST
 from mpisph.core.errors import CaseError, Problem
-from mpisph.core.particles import FIELDS, INITIAL, LABELS
+from mpisph.core.particles import FIELDS, HISTORY, INITIAL, LABELS
 from mpisph.inputs.findings import Finding
 from mpisph.inputs.spelling import nearest
 
@@ -36,12 +36,7 @@ REQUIRED = ("body", "m", "r", "z")
 """Fields that have no default."""
 
 _POSITIVE = ("m", "r", "rho", "h")
-_LEAST = {
-    **dict.fromkeys(
-        ("plastic_strain", "plastic_work", "ductile_damage", "damage", "opening"), 0
-    ),
-    "distension": 1,
-}
+_LEAST = dict.fromkeys(HISTORY, 0) | {"distension": 1}
 _MOST = {"damage": 1, "opening": 1}
 _FOLLOWING = {field.name for field in FIELDS} - set(INITIAL)
 # What snapshots hold besides: it follows from the rest.

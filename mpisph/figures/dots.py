@@ -214,7 +214,7 @@ class _NamedDots:
             style: dict[str, Any] = {"markeredgewidth": 0.0, "color": colour}
             self._lines += axes.plot([], [], "o", rasterized=True, zorder=2, **style)
             label = f"{name}, {place}" if place else name
-            axes.plot([], [], "o", markersize=6.0, color=colour, label=label)
+            _add_entry(axes, colour, label)
 
     def show(self, arrays: Mapping[str, npt.NDArray[Any]], size: float) -> None:
         """Draw particles as dots of a size [pt]."""
@@ -245,8 +245,7 @@ class _ColouredDots:
             zorder=2,
         )
         if shading.field.is_missing(case):
-            label = f"no model of {shading.field.label}"
-            axes.plot([], [], "o", markersize=6.0, color=_NO_VALUE, label=label)
+            _add_entry(axes, _NO_VALUE, f"no model of {shading.field.label}")
 
     def show(self, arrays: Mapping[str, npt.NDArray[Any]], size: float) -> None:
         """Draw particles as dots of a size [pt]."""
@@ -255,6 +254,11 @@ class _ColouredDots:
         self._dots.set_offsets(np.column_stack([z, r]))
         self._dots.set_array(np.ma.masked_invalid(np.tile(shown, len(self._sides))))
         self._dots.set_sizes([size**2])
+
+
+def _add_entry(axes: Axes, colour: str, label: str) -> None:
+    """Add a dot to the legend."""
+    axes.plot([], [], "o", markersize=6.0, color=colour, label=label)
 
 
 def _places(

@@ -45,6 +45,12 @@ def largest_deviatoric_stress(S_rr, S_zz, S_rz):
 
 
 @njit(**EXACT)
+def borne(P, share):
+    """Return the pressure of matter of which a share bears tension (R16) [Pa]."""
+    return share * P if P < 0.0 else P
+
+
+@njit(**EXACT)
 def bulk_modulus(mat):
     """Return the bulk modulus of a material at rest [Pa]."""
     return mat.rho0 * mat.bulk_sound_speed * mat.bulk_sound_speed

@@ -14,7 +14,7 @@ from numba import njit
 from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics import ductile, eos, failure, porosity, strength, thermal
-from mpisph.physics.cracks import BAND, crack_growth, ring_size
+from mpisph.physics.cracks import BAND, borne, crack_growth, ring_size
 from mpisph.physics.ductile import torn, used_up
 from mpisph.physics.eos import pressure
 from mpisph.physics.failure import damage_growth, limit_tension, sound_share
@@ -47,7 +47,6 @@ MODEL_FIELDS = frozenset(
 MOST_ITERATIONS = 60
 ROUNDING = 1e-14
 """The plastic increment is found when this share of the stress is left."""
-
 
 FARTHEST = 30.0
 """Longest step of its logarithm: what is beyond is out of bounds anyway."""
@@ -150,7 +149,7 @@ def material_table(materials: Sequence[MaterialModels]) -> MaterialTable:
 
 
 @njit(**ENTRY)
-def plastic_return(x, k, mat, stress, dt):
+def plastic_return(x, k, mat, stress, Y, dt):
     """Return the factor of the stress and the plastic strain of its return (R7).
 
     The strain that the stress gives up, ``stress - Y = 3 G increment``, is that by
@@ -161,10 +160,11 @@ def plastic_return(x, k, mat, stress, dt):
     ----------
     stress : float
         Equivalent stress before the return, over the sound share [Pa].
+    Y : float
+        Flow stress without an increment [Pa].
     dt : float
         Time that the increment takes [s].
     """
-    Y, _ = flow_stress(x, k, mat, 0.0, dt)
     stiffness = 3.0 * x.G[k]
     if stiffness <= 0.0:
         return Y / stress, 0.0
@@ -228,8 +228,9 @@ def respond(x, table, sound_speed_floor, dt):
         factor, increment, work = 1.0, 0.0, 0.0
         if sound > 0.0:
             # Most matter does not yield; to know it costs less than the call.
-            if stress / sound > flow_stress(x, k, mat, 0.0, dt)[0]:
-                factor, increment = plastic_return(x, k, mat, stress / sound, dt)
+            Y, _ = flow_stress(x, k, mat, 0.0, dt)
+            if stress / sound > Y:
+                factor, increment = plastic_return(x, k, mat, stress / sound, Y, dt)
         elif stress > 0.0:
             factor = 0.0
         x.plastic[k] = 1.0 if factor < 1.0 else 0.0
@@ -240,11 +241,11 @@ def respond(x, table, sound_speed_floor, dt):
         x.S_rr[k] *= left * factor
         x.S_zz[k] *= left * factor
         x.S_rz[k] *= left * factor
-        P = limit_tension(x, k, mat)
-        P = solid * P if P < 0.0 else P
+        P, excess = limit_tension(x, k, mat)
+        P = borne(P, solid)
         floor = sound_speed_floor * mat.bulk_sound_speed
         x.c[k] = sound_speed(x.rho[k], P, dP_drho, dP_dE, floor)
-        growth = damage_growth(x, k, mat, dt)
+        growth = damage_growth(x, k, mat, excess, dt)
         x.P[k] = P
         x.ductile_damage[k] += used_up(x, k, mat, increment, dt)
         if x.ductile_damage[k] >= 1.0:

@@ -28,10 +28,13 @@ RESOLVED = LEAST_LENGTH * WIDTH * STRENGTH**2 / BULK  # the least crack energy
 ELASTIC = {"shear_modulus": 27e9, "yield_strength": 0.3e9}
 
 
-def point(**spall):
-    return Point(
-        models({"failure": "spall"}, spall={"strength": STRENGTH} | spall), size=SIZE
-    )
+def point(strong=False, **spall):
+    """A particle that spalls, with or without strength in shear."""
+    choices = {"failure": "spall"}
+    if strong:
+        choices["strength"] = "elastic-plastic"
+    constants = {"spall": {"strength": STRENGTH} | spall, "elastic_plastic": ELASTIC}
+    return Point(models(choices, **constants), size=SIZE)
 
 
 def pull(p, rate, dt, steps):
@@ -157,14 +160,8 @@ def test_band_r16_is_that_in_which_a_crack_takes_its_energy():
 
 
 def test_failed_matter_r16_bears_pressure_and_nothing_else():
-    p = Point(
-        models(
-            {"failure": "spall", "strength": "elastic-plastic"},
-            spall={"strength": STRENGTH},
-            elastic_plastic=ELASTIC,
-        ),
-        damage=1.0,
-    )
+    p = point(strong=True)
+    p.set(damage=1.0)
     for eta, S in ((0.9, 1e8), (1.0, 1e8), (1.1, 1e8)):
         p.set(rho=2700.0 * eta, S_rz=S)
         p.respond(1e-9)
@@ -177,14 +174,7 @@ def test_principal_stress_r16_can_fail_matter_that_pressure_would_not():
     """In uniaxial strain the axial tension is P plus two thirds of Y."""
     results = {}
     for criterion in ("pressure", "principal"):
-        p = Point(
-            models(
-                {"failure": "spall", "strength": "elastic-plastic"},
-                spall={"strength": STRENGTH, "criterion": criterion},
-                elastic_plastic=ELASTIC,
-            ),
-            size=SIZE,
-        )
+        p = point(strong=True, criterion=criterion)
         for _ in range(4000):
             p.strain(uniaxial_strain(1e4), 1e-9, heat=False)
             if p.get("damage") > 0.0:
@@ -198,13 +188,7 @@ def test_principal_stress_r16_can_fail_matter_that_pressure_would_not():
 
 def test_yield_r16_comes_before_the_crack():
     """What is given up in yielding does not open a crack, whatever the step."""
-    p = Point(
-        models(
-            {"failure": "spall", "strength": "elastic-plastic"},
-            spall={"strength": STRENGTH, "criterion": "principal"},
-            elastic_plastic=ELASTIC,
-        ),
-    )
+    p = point(strong=True, criterion="principal")
     p.set(rho=2700.0 * (1.0 - 0.9e9 / BULK), S_zz=0.8e9, S_rr=-0.4e9)
     p.respond(1e-9)
     assert p.get("damage") == 0.0
@@ -215,7 +199,7 @@ def test_yield_r16_comes_before_the_crack():
 def test_matter_r16_that_is_torn_bears_its_share_of_the_tension():
     """Tearing opens no crack: it lessens the share that bears, in shear and tension."""
     torn = 0.02
-    p = Point(models({"failure": "spall"}, spall={"strength": STRENGTH}), size=SIZE)
+    p = point()
     p.set(damage=torn, rho=2700.0 * (1.0 - 0.1e9 / BULK))
     p.respond(1e-9)
     assert p.get("P") == approx(-(1.0 - torn) * 0.1e9, rel=1e-12)
@@ -231,14 +215,7 @@ def test_the_principal_tension_r16_of_torn_matter_is_that_of_what_bears():
     """Half torn, with half of the stress: the same excess, the same opening."""
     openings = []
     for torn in (0.0, 0.5):
-        p = Point(
-            models(
-                {"failure": "spall", "strength": "elastic-plastic"},
-                spall={"strength": STRENGTH, "criterion": "principal"},
-                elastic_plastic=ELASTIC,
-            ),
-            size=SIZE,
-        )
+        p = point(strong=True, criterion="principal")
         share = 1.0 - torn
         p.set(damage=torn, S_zz=0.15e9 * share, S_rr=-0.075e9 * share)
         p.set(rho=2700.0 * (1.0 - 1.1e9 / BULK))
@@ -250,14 +227,7 @@ def test_the_principal_tension_r16_of_torn_matter_is_that_of_what_bears():
 
 def test_what_breaks_r16_takes_its_strain_along():
     """It leaves the rest of the stress, and strains nothing plastically."""
-    p = Point(
-        models(
-            {"failure": "spall", "strength": "elastic-plastic"},
-            spall={"strength": STRENGTH},
-            elastic_plastic=ELASTIC,
-        ),
-        size=SIZE,
-    )
+    p = point(strong=True)
     p.set(rho=0.9 * 2700.0, S_rz=0.29e9 / math.sqrt(3.0))
     for _ in range(100):
         p.respond(1e-9)
@@ -269,15 +239,8 @@ def test_what_breaks_r16_takes_its_strain_along():
 def test_a_crack_r16_is_faster_in_stiff_matter():
     """It runs at the speed of longitudinal waves, in a share of its own size."""
     grown = []
-    for choices in ({}, {"strength": "elastic-plastic"}):
-        p = Point(
-            models(
-                {"failure": "spall"} | choices,
-                spall={"strength": STRENGTH},
-                elastic_plastic=ELASTIC,
-            ),
-            size=SIZE,
-        )
+    for strong in (False, True):
+        p = point(strong)
         p.set(rho=2700.0 * (1.0 - 3.0 * STRENGTH / BULK))
         p.respond(1e-9)
         grown.append(p.get("damage"))

@@ -216,19 +216,20 @@ def start(folder, *arguments):
     )
 
 
-def wait_for(study, root, completed):
+def wait_while(condition):
     given_up = time.monotonic() + 60
-    while counts(look_up_all(root, study.cases))["completed"] < completed:
+    while condition():
         assert time.monotonic() < given_up
         time.sleep(0.02)
 
 
-def wait_until_free(study, root):
-    """Ranks that were killed let go of their folders."""
-    given_up = time.monotonic() + 60
-    while any(in_use(case_folder(root, case)) for case in study.cases):
-        assert time.monotonic() < given_up
-        time.sleep(0.05)
+def completed(study, root):
+    return counts(look_up_all(root, study.cases))["completed"]
+
+
+def at_work(study, root):
+    """Whether a rank holds a folder, though it be one that was killed."""
+    return any(in_use(case_folder(root, case)) for case in study.cases)
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGUSR1])
@@ -239,7 +240,7 @@ def test_a_study_that_is_ended_in_the_middle_goes_on(tmp_path, how):
     run_study(study, MPI.COMM_SELF, reference, quiet())
     root = tmp_path / "runs"
     process = start(tmp_path, path)
-    wait_for(study, root, 2)
+    wait_while(lambda: completed(study, root) < 2)
     if how == signal.SIGKILL:
         kill(processes(process.pid), how)  # its ranks have groups of their own
     else:
@@ -248,7 +249,7 @@ def test_a_study_that_is_ended_in_the_middle_goes_on(tmp_path, how):
     assert process.returncode == (75 if how == signal.SIGUSR1 else -how)
     if how == signal.SIGUSR1:
         assert "left" in text
-    wait_until_free(study, root)
+    wait_while(lambda: at_work(study, root))
     before = {c.key: read_status(case_folder(root, c)) for c in study.cases}
     ended = [key for key, s in before.items() if s and s.state == "completed"]
     assert 2 <= len(ended) < 6

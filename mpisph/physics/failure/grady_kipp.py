@@ -137,7 +137,7 @@ def _growth(P, S_rr, S_zz, S_rz, damage, G, c, m, r, rho, number, mat, dt):
 
 
 @njit(**ENTRY)
-def _damage_growth(x, k, mat, dt):
+def _damage_growth(x, k, mat, excess, dt):
     # Without a branch here, no references to the arrays are counted.
     return _growth(
         x.P[k], x.S_rr[k], x.S_zz[k], x.S_rz[k], x.damage[k], x.G[k], x.c[k],

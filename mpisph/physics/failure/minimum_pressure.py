@@ -12,6 +12,7 @@ from numba import njit
 from mpisph.core.jit import ENTRY, EXACT
 from mpisph.inputs.quantities import TensionLimit
 from mpisph.inputs.sourced import Sourced
+from mpisph.physics.cracks import borne
 from mpisph.physics.failure.none import no_growth
 from mpisph.physics.models import Model
 
@@ -38,12 +39,6 @@ def minimum_pressure(P, P_min, mode):
 
 
 @njit(**EXACT)
-def _limited(P, damage, limit):
-    P = minimum_pressure(P, limit.value, limit.mode)
-    return (1.0 - damage) * P if P < 0.0 else P
-
-
-@njit(**EXACT)
 def _share(P, damage, limit):
     # Torn matter has no shear either, while that lasts.
     torn = minimum_pressure(P, limit.value, limit.mode) > P
@@ -57,7 +52,9 @@ def _sound_share(x, k, mat):
 
 @njit(**ENTRY)
 def _limit_tension(x, k, mat):
-    return _limited(x.P[k], x.damage[k], mat.minimum_pressure)
+    limit = mat.minimum_pressure
+    P = minimum_pressure(x.P[k], limit.value, limit.mode)
+    return borne(P, 1.0 - x.damage[k]), 0.0
 
 
 MODEL = Model(

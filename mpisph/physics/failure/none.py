@@ -3,6 +3,7 @@
 from numba import njit
 
 from mpisph.core.jit import ENTRY
+from mpisph.physics.cracks import borne
 from mpisph.physics.models import Model
 
 
@@ -14,13 +15,12 @@ def undamaged(x, k, mat):
 
 @njit(**ENTRY)
 def limit_by_damage(x, k, mat):
-    """Return the pressure, in tension less the damage (R16) [Pa]."""
-    P = x.P[k]
-    return (1.0 - x.damage[k]) * P if P < 0.0 else P
+    """Return the pressure, in tension less the damage (R16), and no excess [Pa]."""
+    return borne(x.P[k], 1.0 - x.damage[k]), 0.0
 
 
 @njit(**ENTRY)
-def no_growth(x, k, mat, dt):
+def no_growth(x, k, mat, excess, dt):
     """Return no damage."""
     return 0.0
 

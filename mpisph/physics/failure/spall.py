@@ -19,6 +19,7 @@ from mpisph.inputs.quantities import CrackEnergy, PositivePressure
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.cracks import (
     BAND,
+    borne,
     bulk_modulus,
     crack_growth,
     largest_deviatoric_stress,
@@ -125,22 +126,16 @@ def _excess(P, S_rr, S_zz, S_rz, damage, opening, spall):
 def _limited(P, excess, damage, opening):
     # The principal stress counts only as far as matter is in tension as a whole.
     P = P if excess <= 0.0 else min(P + excess, max(P, 0.0))
-    return untorn_share(damage, opening) * P if P < 0.0 else P
-
-
-@njit(**ENTRY)
-def _tension(x, k, mat):
-    """Return the pressure between the cracks, and the excess of its tension [Pa]."""
-    # Without a branch here, no references to the arrays are counted.
-    D, opening = x.damage[k], x.opening[k]
-    P = _between_cracks(x.P[k], x.rho[k], x.E[k], x.distension[k], opening, x.h[k], mat)
-    return P, _excess(P, x.S_rr[k], x.S_zz[k], x.S_rz[k], D, opening, mat.spall)
+    return borne(P, untorn_share(damage, opening))
 
 
 @njit(**ENTRY)
 def _limit_tension(x, k, mat):
-    P, excess = _tension(x, k, mat)
-    return _limited(P, excess, x.damage[k], x.opening[k])
+    # Without a branch here, no references to the arrays are counted.
+    D, opening = x.damage[k], x.opening[k]
+    P = _between_cracks(x.P[k], x.rho[k], x.E[k], x.distension[k], opening, x.h[k], mat)
+    excess = _excess(P, x.S_rr[k], x.S_zz[k], x.S_rz[k], D, opening, mat.spall)
+    return _limited(P, excess, D, opening), excess
 
 
 @njit(**EXACT)
@@ -157,8 +152,7 @@ def _growth(excess, opening, m, r, h, rho, c, G, mat, dt):
 
 
 @njit(**ENTRY)
-def _damage_growth(x, k, mat, dt):
-    _, excess = _tension(x, k, mat)
+def _damage_growth(x, k, mat, excess, dt):
     opening = x.opening[k]
     growth = _growth(
         excess, opening, x.m[k], x.r[k], x.h[k], x.rho[k], x.c[k], x.G[k], mat, dt

@@ -218,7 +218,7 @@ def _draw(solved: Sequence[Solved], out: Out) -> None:
         at = each.run.snapshots[int(middle.load.argmax())]
         strains[each.label] = (1e3 * each.first["z"], at["plastic_strain"])
     last = solved[-1].last
-    broken = last["damage"] == 1.0
+    broken = last["damage"] == BROKEN
     places = {
         solved[-1].label: (1e3 * last["z"][~broken], 1e3 * last["r"][~broken]),
         "broken": (1e3 * last["z"][broken], 1e3 * last["r"][broken]),
