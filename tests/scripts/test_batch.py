@@ -374,6 +374,14 @@ def take_terminal():
         signal.signal(number, signal.SIG_DFL)
 
 
+def name_of(pid):
+    """The name of a process; empty for one that has ended."""
+    try:
+        return Path(f"/proc/{pid}/comm").read_text().strip()
+    except OSError:
+        return ""
+
+
 class Terminal:
     """A command on a terminal of its own, to which `keys` may be written."""
 
@@ -394,11 +402,7 @@ class Terminal:
         """The mpirun at work, in a session of its own."""
         pid = self.process.pid
         children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-        return [
-            int(child)
-            for child in children
-            if Path(f"/proc/{child}/comm").read_text() == "mpirun\n"
-        ]
+        return [int(child) for child in children if name_of(child) == "mpirun"]
 
     def wait_until(self, condition):
         given_up = time.monotonic() + 40.0
