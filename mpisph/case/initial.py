@@ -19,6 +19,7 @@ import numpy.typing as npt
 from mpisph.case.discretise import InitialParticles
 from mpisph.case.profiles import StartingState, starting_state
 from mpisph.case.sections import Initial
+from mpisph.case.shield import expand_shield
 from mpisph.case.size_checks import FARTHEST
 from mpisph.core.errors import CaseError, Problem
 from mpisph.core.particles import FIELDS, HISTORY, INITIAL, LABELS
@@ -285,7 +286,8 @@ def _refuse_other_bodies(case: Case, text: str, path: Path) -> None:
     path : Path
         The snapshot.
     """
-    theirs = [(b["name"], b["material"]) for b in tomllib.loads(text)["bodies"]]
+    stored = expand_shield(tomllib.loads(text))
+    theirs = [(b["name"], b["material"]) for b in stored["bodies"]]
     ours = [(body.name, body.material) for body in case.bodies]
     if theirs != ours:
         first, second = (", ".join(f"{n} of {m}" for n, m in x) for x in (theirs, ours))

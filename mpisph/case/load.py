@@ -15,8 +15,9 @@ from mpisph.case.initial import read_initial, with_particles
 from mpisph.case.model import Case
 from mpisph.case.problems import case_problems
 from mpisph.case.sections import Initial
+from mpisph.case.shield import expand_shield, name_materials, shield_findings
 from mpisph.core.errors import CaseError, Problem
-from mpisph.inputs.findings import Key, Origins, integer_problems
+from mpisph.inputs.findings import Key, Origins, as_problems, integer_problems
 from mpisph.inputs.overrides import apply_override
 from mpisph.inputs.toml_file import read_toml
 from mpisph.inputs.toml_lines import line_numbers
@@ -131,8 +132,10 @@ def _build(
     problems: list[Problem],
     folder: Path,
 ) -> Case:
-    data, no_tables = embed_tables(data, folder)
+    problems = problems + as_problems(shield_findings(data), data, origins)
+    data, no_tables = embed_tables(expand_shield(data), folder)
     data, origins, unread = embed_card_files(data, folder, origins)
+    data = name_materials(data)
     unread += no_tables
     problems = problems + unread
     long_integers = integer_problems(data, origins)

@@ -24,6 +24,7 @@ from mpisph.case.sections import (
     Scheme,
     TimeStepping,
 )
+from mpisph.case.shield import Shield
 from mpisph.case.target import default_plate
 from mpisph.case.times import merge_times, periodic_times, requested_times
 from mpisph.core.particles import FIELDS
@@ -40,6 +41,9 @@ MOST = 100
 """Bodies of a case, and materials."""
 
 
+LATER = 1.2
+"""End of a shield's run over the time of the verdict that it must confirm."""
+
 INITIAL_FILE = "initial.h5"
 """Copy of the particles that a run started from, in its folder."""
 
@@ -54,6 +58,8 @@ class Case(FrozenModel):
 
     title: Title
     """What the case is, in one line."""
+    shield: Shield | None = None
+    """A shield, of which the bodies are made."""
     bodies: Annotated[tuple[Body, ...], Field(max_length=MOST)]
     """The bodies, in the order in which their particles are numbered."""
     resolution: Resolution
@@ -172,7 +178,14 @@ class Case(FrozenModel):
         """Times of all snapshots in (0, end] [s], sorted; the last is the end."""
         end = self.end_time
         times = requested_times(self.output, self.measured)
+        if self.shield is not None:
+            times.append(self.verdict_time)
         return merge_times(times + periodic_times(self.output.every, end), end)
+
+    @property
+    def verdict_time(self) -> float:
+        """Time of the earlier of the two verdicts on a shield [s]."""
+        return self.end_time / LATER
 
     @property
     def impact_velocity(self) -> float:
@@ -226,6 +239,8 @@ class Case(FrozenModel):
         data = self.model_dump(exclude_none=True, by_alias=True)
         if self.initial is not None:
             data["initial"]["file"] = INITIAL_FILE
+        if self.shield is not None:
+            del data["bodies"]
         text = tomli_w.dumps(data)
         return f"# A complete case: SI units, every default written out.\n\n{text}"
 

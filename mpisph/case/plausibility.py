@@ -14,6 +14,7 @@ from mpisph.case.model import Case
 from mpisph.case.profiles import starting_state
 from mpisph.case.sections import Resolution, Scheme, Viscosity
 from mpisph.case.shapes.section import FloatArray
+from mpisph.case.shield import shield_doubts
 from mpisph.core.errors import CaseError
 from mpisph.inputs.quantities import FrozenModel
 from mpisph.materials.doubts import doubtful_constants
@@ -76,6 +77,7 @@ def find_warnings(case: Case) -> list[str]:
         _warn_of_velocity,
         _warn_of_starting_state,
         _warn_of_thin_walls,
+        _warn_of_shield,
         _warn_of_foam,
         _warn_of_scheme,
         _warn_of_materials,
@@ -185,6 +187,13 @@ def _warn_of_thin_walls(case: Case) -> Iterator[str]:
             f"bodies.{body.name}: along {axis} it has 1 particle: no wave can run "
             f"through it; {finer} gives it {_ADVISED_ROWS}"
         )
+
+
+def _warn_of_shield(case: Case) -> Iterator[str]:
+    """Warn of a shield whose verdict is doubtful."""
+    if case.shield is not None:
+        rows = [layer.thickness / case.spacing for layer in case.shield.layers]
+        yield from shield_doubts(case.shield, rows)
 
 
 def _warn_of_foam(case: Case) -> Iterator[str]:

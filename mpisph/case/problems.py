@@ -14,6 +14,7 @@ from mpisph.case.checks import find_problems
 from mpisph.case.model import MOST, Case, merge_materials
 from mpisph.case.partial_case import Parts
 from mpisph.case.schema import field_schema
+from mpisph.case.shield import of_shield
 from mpisph.core.errors import Problem
 from mpisph.inputs.findings import (
     BOUNDS,
@@ -68,6 +69,8 @@ def case_problems(
     findings += find_problems(_valid_parts(data))
     # The model applies the same rules; what it alone has found is said in its words.
     findings = findings or [Finding((), detail["msg"]) for detail in everything]
+    if "shield" in data:
+        findings = of_shield(findings, data)
     problems = as_problems(findings, data, origins)
     if len(details) > MOST_MISTAKES:
         text = f"and {len(details) - MOST_MISTAKES} more mistakes"
