@@ -165,7 +165,7 @@ def _load_cases(case_files: Sequence[Path], overrides: Sequence[str]) -> list[Ca
 
 def _say_ending(folder: Path, result: "Result") -> None:
     """Print how a run ended, on rank 0."""
-    from mpisph.io.result import bodies_table, comparison_table
+    from mpisph.io.result import bodies_table, comparison_table, verdict_table
 
     if MPI.COMM_WORLD.rank != 0:
         return
@@ -182,6 +182,10 @@ def _say_ending(folder: Path, result: "Result") -> None:
         console.print(comparison_table(result))
     if result.bodies:
         console.print(bodies_table(result))
+    if result.verdict:
+        console.print(verdict_table(result))
+        text = f"verdict: {result.verdict.outcome}: {result.verdict.reason}"
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
     c, t = result.conservation, result.timing
     momentum = ""
     if c.momentum_z_error is not None:

@@ -20,6 +20,7 @@ from mpisph.diagnostics.cloud import (
 )
 from mpisph.diagnostics.condition import Condition
 from mpisph.io.files import read_text, write_text
+from mpisph.io.verdict import Verdict, WallRecord
 
 RESULT_FILE = "result.json"
 
@@ -109,10 +110,18 @@ class BodyRecord(_Model):
     """Share of the mass that is molten at the end."""
     broken: float | None
     """Share of the mass that is broken at the end: of damage 1."""
+    momentum_z: float
+    """Axial momentum [kg m/s]."""
+    kinetic_energy: float
+    """[J]."""
+    internal_energy: float
+    """[J]."""
 
 
 def body_records(case: Case, conditions: Sequence[Condition]) -> tuple[BodyRecord, ...]:
-    """Return the records of all bodies, in order; none where none can melt or break.
+    """Return the records of all bodies, in order.
+
+    There are none where no matter can melt or break, unless there is a shield.
 
     Parameters
     ----------
@@ -125,10 +134,10 @@ def body_records(case: Case, conditions: Sequence[Condition]) -> tuple[BodyRecor
         fields = case.body_models(body).fields
         molten = found.molten if "melt" in fields else None
         broken = found.broken if "damage" in fields else None
-        records.append(
-            BodyRecord(name=body.name, mass=found.mass, molten=molten, broken=broken)
-        )
+        sums = found._asdict() | {"molten": molten, "broken": broken}
+        records.append(BodyRecord(name=body.name, **sums))
     known = any(x.molten is not None or x.broken is not None for x in records)
+    known = known or case.shield is not None
     return tuple(records) if known else ()
 
 
@@ -193,6 +202,10 @@ class Result(_Model):
     """Every exposure, at the nominal and at the offset time."""
     bodies: tuple[BodyRecord, ...] = ()
     """Every body at the end, where models say what melts or breaks."""
+    walls: tuple[WallRecord, ...] = ()
+    """The wall of a shield at each output time that was reached."""
+    verdict: Verdict | None = None
+    """Whether the wall of a shield holds; None in other cases."""
     conservation: Conservation
     """Conservation errors."""
     timing: Timing
@@ -371,12 +384,63 @@ def bodies_table(result: Result) -> Table:
     """
     table = Table(title="Matter at the end")
     table.add_column("body")
-    for name in ("mass in g", "molten", "broken"):
+    for name in (
+        "mass in g",
+        "molten",
+        "broken",
+        "momentum in kg m/s",
+        "kinetic energy in J",
+        "internal energy in J",
+    ):
         table.add_column(name, justify="right")
     for body in result.bodies:
         shares = (share_text(x, "-") for x in (body.molten, body.broken))
-        table.add_row(body.name, f"{1e3 * body.mass:.4g}", *shares)
+        sums = (body.momentum_z, body.kinetic_energy, body.internal_energy)
+        numbers = (f"{x:.4g}" for x in sums)
+        table.add_row(body.name, f"{1e3 * body.mass:.4g}", *shares, *numbers)
     return table
+
+
+def verdict_table(result: Result) -> Table:
+    """Return the figures of a shield's wall at the end, for the end of a run.
+
+    Parameters
+    ----------
+    result : Result
+        With a verdict on a wall.
+    """
+    verdict = result.verdict
+    assert verdict is not None, "only a shield has one"
+    table = Table(title="The wall at the end", show_header=False)
+    table.add_column("figure")
+    table.add_column("value", justify="right")
+    for name, text in wall_figures(verdict):
+        table.add_row(name, text)
+    return table
+
+
+def wall_figures(verdict: Verdict) -> list[tuple[str, str]]:
+    """Return the figures behind a verdict, each with its name and value as text."""
+    wall = verdict.wall
+    if wall is None:
+        return []
+    rest = verdict.rest_time
+    return [
+        ("damage over its critical value", f"{verdict.damage:.3g}"),
+        ("tilt of the rear face along a thickness", f"{wall.shear:.3g}"),
+        ("hole", f"{1e3 * wall.hole:.3g} mm"),
+        ("sound share of any way through", f"{100 * wall.ligament:.0f} %"),
+        ("sound share straight through", f"{100 * wall.sound_share:.0f} %"),
+        ("bulge", f"{1e3 * wall.bulge:.3g} mm"),
+        ("crater depth", f"{1e3 * wall.crater_depth:.3g} mm"),
+        ("crater diameter", f"{1e3 * wall.crater_diameter:.3g} mm"),
+        ("come off the rear face", f"{1e3 * wall.detached:.3g} g"),
+        ("its mean velocity", f"{wall.detached_velocity:.3g} m/s"),
+        ("its momentum", f"{wall.detached_momentum:.3g} kg m/s"),
+        ("fastest sound way through", f"{wall.velocity:.3g} m/s"),
+        ("at rest from", "not yet" if rest is None else f"{1e6 * rest:.3g} us"),
+        ("verdict a sixth of the time earlier", verdict.earlier),
+    ]
 
 
 def share_text(share: float | None, unknown: str) -> str:

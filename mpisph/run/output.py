@@ -23,12 +23,14 @@ from mpisph.io.result import (
 )
 from mpisph.io.run_log import RunLog
 from mpisph.io.snapshot import write_snapshot
+from mpisph.io.verdict import Verdict, WallRecord
 from mpisph.io.written import SnapshotRecord
 from mpisph.parallel.collectives import from_root
 from mpisph.parallel.load_balance import imbalance
 from mpisph.run.probing import Probes
 from mpisph.run.progress import Progress
 from mpisph.run.state import RunState
+from mpisph.run.wall_gauge import WallGauge
 from mpisph.solver.reduction import Reduction
 from mpisph.solver.state import Simulation
 
@@ -72,6 +74,8 @@ class RunOutput:
         self.provenance = provenance
         self.metadata = {"case": sim.case.to_toml(), **provenance}
         self.clouds: list[CloudRecord] = list(state.clouds) if state else []
+        self.walls: list[WallRecord] = list(state.walls) if state else []
+        self._wall_gauge = WallGauge(sim.case) if sim.case.shield else None
         self.snapshots = list(state.snapshots) if state else []
         self.damage = damage or {}
         self.initial = state.initial if state else None
@@ -154,6 +158,8 @@ class RunOutput:
             record = from_root(sim.comm, lambda: SnapshotRecord.of(path, sim.time))
             self.snapshots.append(record)
             measure = measure_cloud(sim.comm, sim.particles, sim.cloud)
+            if self._wall_gauge is not None:
+                self.walls.append(self._wall_gauge.measure(sim))
         if sim.time in sim.case.output_times:
             self.clouds.append(CloudRecord.of(sim.time, measure, sim.case))
         self.log.say(
@@ -191,6 +197,7 @@ class RunOutput:
             snapshots=tuple(self.snapshots),
             clouds=tuple(self.clouds),
             cloud_arrival=self.cloud_arrival,
+            walls=tuple(self.walls),
             lowest_energy=self.lowest_energy,
             history=from_root(sim.comm, self.history.saved),
             probes=self.probes.state(sim),
@@ -220,6 +227,17 @@ class RunOutput:
         names = dict.fromkeys((*self._timers, *longest))
         return {n: self._timers.get(n, 0.0) + longest.get(n, 0.0) for n in names}
 
+    def _verdict(
+        self, sim: Simulation, failure: UnstableError | None
+    ) -> Verdict | None:
+        """Return the verdict on a shield's wall; None where there is none."""
+        if sim.case.shield is None:
+            return None
+        # Imported here: only shields need it.
+        from mpisph.analysis.verdict import judge
+
+        return judge(sim.case, self.walls, failure.detail if failure else None)
+
     def conclude(
         self,
         sim: Simulation,
@@ -232,7 +250,7 @@ class RunOutput:
         interactions = self._all_interactions(sim)
         timers = self._longest_timers(sim)
         conditions = measure_condition(
-            sim.comm, sim.particles, len(sim.case.bodies), sim.scales.mass
+            sim.comm, sim.particles, len(sim.case.bodies), sim.scales
         )
         stepping = wall - timers.get("output", 0.0)
         rank_stepping = self._rank_seconds(sim.comm.size, wall) * stepping / wall
@@ -250,6 +268,8 @@ class RunOutput:
             lowest_energy=self.lowest_energy,
             comparisons=make_comparisons(sim.case, self.clouds),
             bodies=body_records(sim.case, conditions),
+            walls=tuple(self.walls),
+            verdict=self._verdict(sim, failure) if status != "stopped" else None,
             conservation=Conservation(
                 mass_error=self.errors.mass,
                 momentum_z_error=(

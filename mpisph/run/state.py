@@ -29,6 +29,7 @@ from mpisph.io.probe_files import ProbeState, probe_headers
 from mpisph.io.result import CloudRecord
 from mpisph.io.run_folder import CASE_FILE
 from mpisph.io.snapshot import SNAPSHOTS_FOLDER, write_series
+from mpisph.io.verdict import WallRecord
 from mpisph.io.written import Fault, SnapshotRecord, find_faults
 from mpisph.parallel.collectives import from_root, raise_together
 from mpisph.solver.start import restore
@@ -67,6 +68,8 @@ class RunState(BaseModel):
     """The cloud at the requested times reached so far."""
     cloud_arrival: float | None
     """When the cloud came to the next body [s]."""
+    walls: tuple[WallRecord, ...] = ()
+    """The wall of a shield at the output times reached so far."""
     lowest_energy: float
     """Lowest specific internal energy so far [J/kg]."""
     history: Beginning
