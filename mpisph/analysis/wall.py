@@ -111,7 +111,7 @@ def measure_wall(
     """
     wall = _wall_of(layout, particles)
     main = _main_piece(layout, wall)
-    columns = main.any(axis=0)
+    columns: BoolArray = np.any(main, axis=0)
     front, rear = _faces(layout, wall, main)
     depth = np.where(columns, front - layout.front, 0.0)
     deepest = max(0.0, float(depth.max(initial=0.0)))
@@ -122,7 +122,7 @@ def measure_wall(
     return WallRecord(
         time=time,
         shear=shear(layout, rear, columns),
-        ligament=ligament(np.where(main, 1.0 - np.minimum(wall.damage, 1.0), 0.0)),
+        ligament=ligament(_sound(wall.damage, main)),
         sound_share=float(sound.min()),
         hole=_hole(layout, wall, main),
         detached=mass,
@@ -154,7 +154,9 @@ def _main_piece(layout: Layout, wall: _Wall) -> BoolArray:
     points = np.column_stack([wall.r.ravel()[sound], wall.z.ravel()[sound]])
     main = np.zeros(sound.shape, dtype=bool)
     if len(points):
-        pairs = cKDTree(points).query_pairs(BOND * layout.spacing, output_type="ndarray")
+        pairs = cKDTree(points).query_pairs(
+            BOND * layout.spacing, output_type="ndarray"
+        )
         graph = coo_array(
             (np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points),) * 2
         )
@@ -216,7 +218,13 @@ def column_sound(damage: FloatArray, main: BoolArray) -> FloatArray:
     main : ndarray of bool, shape (rows, columns)
         What holds together; the rest counts as lost.
     """
-    return np.where(main, 1.0 - np.minimum(damage, 1.0), 0.0).mean(axis=0)
+    share: FloatArray = _sound(damage, main).mean(axis=0)
+    return share
+
+
+def _sound(damage: FloatArray, main: BoolArray) -> FloatArray:
+    """Return how sound each particle is: 0 for what is lost."""
+    return np.where(main, 1.0 - np.minimum(damage, 1.0), 0.0)
 
 
 def ligament(sound: FloatArray) -> float:

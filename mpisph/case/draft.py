@@ -1,4 +1,4 @@
-"""A first case file: a sphere on a plate, and a rear wall if there is one."""
+"""A first case file: a sphere on a plate, a rear wall if there is one, or a shield."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from mpisph.core.errors import CaseError, Problem
 
-__all__ = ["Draft", "draft_case"]
+__all__ = ["Draft", "draft_case", "draft_shield"]
 
 FINEST, COARSEST, LEAST_ROWS = 40, 10, 4
 # Resolution (NPR): as much as gives the plate so many rows of particles.
@@ -51,6 +51,8 @@ class Draft(NamedTuple):
         By default three times the plate's.
     npr : int, optional
     end : float, optional
+    wall_material : str, optional
+        By default the plate's.
     """
 
     diameter: float
@@ -63,6 +65,7 @@ class Draft(NamedTuple):
     wall_thickness: float | None = None
     npr: int | None = None
     end: float | None = None
+    wall_material: str | None = None
 
 
 def draft_case(draft: Draft) -> str:
@@ -118,12 +121,52 @@ def draft_case(draft: Draft) -> str:
                 position=_mm(t + draft.wall),
                 thickness=_mm(draft.wall_thickness or 3.0 * t),
                 radius=_mm(max(radius, WALL_RADIUS * draft.wall)),
-                material=plate_material,
+                material=_quoted(draft.wall_material or draft.plate_material),
             )
         )
     parts.append(_RESOLUTION.format(npr=npr, rows=f"{rows:.3g}"))
     parts.append(_TIMES.format(end=_us(end), every=_us(_round(end / SNAPSHOTS))))
     return "\n".join(parts)
+
+
+def draft_shield(draft: Draft) -> str:
+    """Return a case file of a shield, with comments.
+
+    Parameters
+    ----------
+    draft : Draft
+        The plate is the bumper; a wall must be given.
+
+    Returns
+    -------
+    str
+        TOML. Sizes and times that are left out are left to the program.
+    """
+    assert draft.wall is not None, "a shield has a wall"
+    d, t, v = draft.diameter, draft.thickness, draft.velocity
+    wall_thickness = draft.wall_thickness or 3.0 * t
+    title = (
+        f"{_mm(d)} sphere at {_text(v / 1e3)} km/s on a shield: {_mm(t)}, "
+        f"{_mm(draft.wall)} behind it {_mm(wall_thickness)}"
+    )
+    radius = draft.plate_radius
+    text = _SHIELD.format(
+        title=_quoted(title),
+        diameter=_mm(d),
+        velocity=f"{_text(v / 1e3)} km/s",
+        sphere_material=_quoted(draft.sphere_material),
+        thickness=_mm(t),
+        standoff=_mm(draft.wall),
+        plate_material=_quoted(draft.plate_material),
+        radius="" if radius is None else f'radius = "{_mm(radius)}"\n',
+        wall_thickness=_mm(wall_thickness),
+        wall_material=_quoted(draft.wall_material or draft.plate_material),
+    )
+    if draft.npr is not None:
+        text += f"\n[resolution]\nnpr = {draft.npr}\n"
+    if draft.end is not None:
+        text += f'\n[time]\nend = "{_us(draft.end)}"\n'
+    return text
 
 
 def _resolution(diameter: float, thickness: float) -> int:
@@ -153,6 +196,28 @@ def _mm(length: float) -> str:
 def _us(time: float) -> str:
     return f"{_text(1e6 * time)} us"
 
+
+_SHIELD = """\
+title = {title}
+
+# Numbers are SI; a string carries its unit. The program makes the bodies, and chooses
+# the resolution, the radii of the plates and the end of the run; case.toml of a run
+# shows them all. `mpisph limit` finds the largest sphere that the shield stops.
+[shield.projectile]
+diameter = "{diameter}"
+velocity = "{velocity}"
+material = {sphere_material}  # `mpisph materials` lists the cards
+
+# A table for each bumper, in the order in which they are hit.
+[[shield.bumpers]]
+thickness = "{thickness}"
+standoff = "{standoff}"  # to the front face of what stands behind it
+material = {plate_material}
+{radius}
+[shield.wall]
+thickness = "{wall_thickness}"
+material = {wall_material}
+"""
 
 _SPHERE = """\
 # Numbers are SI; a string carries its unit. Every other setting has a default, and the

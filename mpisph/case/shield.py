@@ -323,12 +323,13 @@ def _bodies(shield: Shield, radii: Sequence[float], raw: Any) -> list[dict[str, 
 def _densities(shield: Shield, data: Mapping[str, Any]) -> list[float] | None:
     """Return the densities of projectile and bumpers; None where one is not known."""
     found = []
-    for part in (shield.projectile, *shield.bumpers):
+    names = [shield.projectile.material, *(b.material for b in shield.bumpers)]
+    for name in names:
         own = data.get("materials", {})
-        table = own.get(part.material) if isinstance(own, Mapping) else None
+        table = own.get(name) if isinstance(own, Mapping) else None
         value = table.get("rho0") if isinstance(table, Mapping) else None
-        if value is None and part.material in card_names():
-            value = card_data(part.material).get("rho0")
+        if value is None and name in card_names():
+            value = card_data(name).get("rho0")
         if isinstance(value, Mapping):
             value = value.get("value")
         if isinstance(value, bool) or not isinstance(value, int | float) or value <= 0:

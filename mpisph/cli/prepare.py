@@ -12,7 +12,7 @@ from rich.table import Table
 
 from mpisph.case import case_from_dict, case_schema
 from mpisph.case.card_files import ENDING
-from mpisph.case.draft import Draft, draft_case
+from mpisph.case.draft import Draft, draft_case, draft_shield
 from mpisph.cli.options import OutputPath
 from mpisph.core.console import open_console
 from mpisph.core.errors import CaseError, Problem
@@ -146,9 +146,15 @@ _TIME = _Quantity("s", "TIME")
 @click.option(
     "--wall-thickness", type=_LENGTH, help="[default: three times the plate's]"
 )
+@click.option(
+    "--shield",
+    is_flag=True,
+    help="A shield, judged by whether its wall holds: the plate is its bumper.",
+)
 @click.option("--material", help="Card of all bodies; see `mpisph materials`.")
 @click.option("--sphere-material", help="[default: al-2017-t4]")
 @click.option("--plate-material", help="[default: al-6061-t6]")
+@click.option("--wall-material", help="[default: the plate's]")
 @click.option(
     "--npr",
     type=click.IntRange(1, 1_000_000),
@@ -165,21 +171,29 @@ def init_command(
     plate_radius: float | None,
     wall: float | None,
     wall_thickness: float | None,
+    shield: bool,
     material: str | None,
     sphere_material: str | None,
     plate_material: str | None,
+    wall_material: str | None,
     npr: int | None,
     end: float | None,
 ) -> None:
-    """Write a case with comments into FILE: a sphere on a plate.
+    """Write a case with comments into FILE: a sphere on a plate, or on a shield.
 
     FILE is case.toml by default, and must not be there yet. On a terminal the program
     asks for a size or velocity that is not given.
     """
-    if wall_thickness is not None and wall is None:
-        raise click.UsageError("--wall-thickness without --wall")
+    for option, value in (
+        ("--wall-thickness", wall_thickness),
+        ("--wall-material", wall_material),
+    ):
+        if value is not None and wall is None and not shield:
+            raise click.UsageError(f"{option} without --wall")
     given = {"--sphere": diameter, "--plate": thickness, "--velocity": velocity}
-    size, depth, speed = _asked(given)
+    if shield:
+        given["--wall"] = wall
+    size, depth, speed, *behind = _asked(given)
     draft = Draft(
         size,
         depth,
@@ -187,21 +201,24 @@ def init_command(
         sphere_material or material or "al-2017-t4",
         plate_material or material or "al-6061-t6",
         plate_radius,
-        wall,
+        behind[0] if shield else wall,
         wall_thickness,
         npr,
         end,
+        wall_material or material,
     )
+    write = draft_shield if shield else draft_case
     if not file.parent.is_dir():
         raise click.UsageError(f"there is no folder {file.parent}")
     comm = MPI.COMM_WORLD
-    run = from_root(comm, lambda: _write_case(file, draft_case(draft), comm.size))
+    run = from_root(comm, lambda: _write_case(file, write(draft), comm.size))
     click.echo(f"{run.text()}\nwritten to {file}; `mpisph run {file}` runs it")
 
 
 _QUESTIONS = {
     "--sphere": ("diameter of the sphere, such as 3.2mm", _LENGTH),
     "--plate": ("thickness of the plate, such as 1mm", _LENGTH),
+    "--wall": ("distance from plate to wall, such as 50mm", _LENGTH),
     "--velocity": ("velocity of the sphere, such as 6.7km/s", _SPEED),
 }
 

@@ -1,4 +1,4 @@
-"""Records of a shield's wall and of the verdict on it, as ``result.json`` holds them."""
+"""Records of a shield's wall and of the verdict on it, for ``result.json``."""
 
 from __future__ import annotations
 

@@ -9,9 +9,25 @@ CLOCKS = {"nominal": "", "offset": "_offset"}
 SIZES = ("mm", "robust_mm")
 """Endings of the columns of R_b and L_b: outermost particle, and mass quantile."""
 
+WALL_COLUMNS = (
+    "verdict_damage",
+    "wall_shear",
+    "wall_ligament",
+    "wall_sound_share",
+    "wall_hole_mm",
+    "wall_bulge_mm",
+    "wall_crater_mm",
+    "wall_crater_diameter_mm",
+    "wall_detached_g",
+    "wall_detached_m_per_s",
+    "wall_rest_us",
+)
+"""Figures of a shield's wall at the end of a run, beside its verdict."""
+
 _ENDINGS = {
     "km_per_s": "km/s",
     "kg_m_per_s": "kg m/s",
+    "m_per_s": "m/s",
     "percent": "%",
     "mm": "mm",
     "us": "µs",
@@ -60,7 +76,10 @@ def quantities(bodies: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def number_columns(
-    exposures: Sequence[float], times: Sequence[float], bodies: Sequence[str]
+    exposures: Sequence[float],
+    times: Sequence[float],
+    bodies: Sequence[str],
+    shields: bool = False,
 ) -> list[str]:
     """Return the columns of numbers that runs can add to a table.
 
@@ -72,8 +91,11 @@ def number_columns(
         Further times [s].
     bodies : sequence of str
         Names of the bodies of all cases.
+    shields : bool, optional
+        Whether any case has a shield.
     """
     names = ["npr", "particles", "steps", "time_us", "wall_s", "energy_error"]
+    names += WALL_COLUMNS if shields else ()
     labels = [time_label(t) + suffix for t in exposures for suffix in CLOCKS.values()]
     if exposures:
         names += [f"total_error{suffix}_percent" for suffix in CLOCKS.values()]

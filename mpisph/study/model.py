@@ -397,8 +397,9 @@ class Study(NamedTuple):
     def columns(self) -> list[str]:
         """Return the columns of numbers that runs can add to the table."""
         bodies = [body.name for case in self.cases for body in case.case.bodies]
+        shields = any(case.case.shield is not None for case in self.cases)
         return number_columns(
-            self.times(), self.file.times, list(dict.fromkeys(bodies))
+            self.times(), self.file.times, list(dict.fromkeys(bodies)), shields
         )
 
 
@@ -531,8 +532,9 @@ def _read_file(path: Path) -> tuple[StudyFile, Designs | None]:
     text, data = read_toml(path)
     origins = Origins(str(path), line_numbers(text), {})
     problems = integer_problems(data, origins)
-    if "bodies" in data:
-        line = origins.lines.get(("bodies",))
+    table = next((name for name in ("bodies", "shield") if name in data), None)
+    if table is not None:
+        line = origins.lines.get((table,))
         problems = [Problem("is a case, not a study", file=str(path), line=line)]
     given = data.get("parameters", ())
     for k, parameter in enumerate(given if isinstance(given, list) else ()):

@@ -20,7 +20,7 @@ from mpisph.io.files import write_text
 from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.io.result import RESULT_FILE, CloudRecord, Comparison, Result, read_result
 from mpisph.io.snapshot import read_series, read_snapshot
-from mpisph.study.columns import CLOCKS, column, time_label
+from mpisph.study.columns import CLOCKS, WALL_COLUMNS, column, time_label
 from mpisph.study.model import Study, StudyCase
 from mpisph.study.store import case_folder, look_up, study_folder
 
@@ -95,6 +95,7 @@ def _run_columns(study: Study, case: Case, folder: Path) -> Row:
         "version": result.versions.get("mpisph"),
         "revision": result.revision,
     }
+    row |= _verdict_columns(result)
     row |= _measured_columns(result)
     for where, time in _places(result, study.file.times).items():
         row |= _columns_at(where, time, case, result, folder)
@@ -108,6 +109,31 @@ def _result(folder: Path) -> Result:
         return read_result(path)
     except ValueError as error:
         raise MpisphError(f"{path}: not a result") from error
+
+
+def _verdict_columns(result: Result) -> Row:
+    """Return the verdict on a shield's wall, and the figures behind it."""
+    verdict = result.verdict
+    if verdict is None:
+        return {}
+    row: Row = {"verdict": verdict.outcome, "verdict_reason": verdict.reason}
+    wall = verdict.wall
+    values: list[float | None] = [None] * len(WALL_COLUMNS)
+    if wall is not None:
+        values = [
+            verdict.damage,
+            wall.shear,
+            wall.ligament,
+            wall.sound_share,
+            1e3 * wall.hole,
+            1e3 * wall.bulge,
+            1e3 * wall.crater_depth,
+            1e3 * wall.crater_diameter,
+            1e3 * wall.detached,
+            wall.detached_velocity,
+            _scaled(verdict.rest_time, 1e6),
+        ]
+    return row | dict(zip(WALL_COLUMNS, values, strict=True))
 
 
 def _measured_columns(result: Result) -> Row:
