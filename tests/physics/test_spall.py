@@ -18,6 +18,7 @@ from mpisph.physics.failure.spall import (
     LEAST_LENGTH,
     opening_growth,
     opening_strain,
+    relieved_share,
     untorn_share,
 )
 
@@ -284,3 +285,44 @@ def test_damage_r16_softens_shear():
     p.respond(1e-9)
     assert p.get("G") == approx(0.75 * 27e9, rel=1e-14)
     assert p.stress == approx(0.75 * 0.3e9, rel=1e-14)
+
+
+def test_relieved_share_r16_is_an_exponential():
+    assert relieved_share(10e-9, 4e-9) == approx(1.0 - math.exp(-0.4), rel=1e-14)
+    assert relieved_share(10e-9, 1.0) == 1.0
+    assert relieved_share(0.0, 1e-12) == 1.0
+
+
+@pytest.mark.parametrize("tau", [5e-9, 20e-9])
+def test_tension_r16_exceeds_the_strength_by_the_rate_times_the_relaxation(tau):
+    """A steady rate of strain, against the equation of the excess integrated finely.
+
+    d(excess)/dt = K rate - excess/tau, as long as the crack is hardly open.
+    """
+    rate, dt = 1e5, 0.25e-9
+    p = point(relaxation_time=tau, crack_energy=1e4)
+    begin = int(STRENGTH / (BULK * rate) / dt)
+    found = pull(p, rate, dt, begin + int(1.2 * tau / dt))
+    excess = time = 0.0
+    tension = 0.0
+    while time < found.shape[0] * dt:
+        tension = BULK * (1.0 - math.exp(-rate * time))  # of what is not cracked
+        if tension > STRENGTH:
+            excess += 1e-11 * (BULK * rate * math.exp(-rate * time) - excess / tau)
+        time += 1e-11
+    opened = found[-1, 1]
+    assert 0.0 < opened < 0.1
+    want = excess + (1.0 - opened) * STRENGTH
+    assert -found[-1, 0] == approx(want, rel=0.02)
+    at_once = pull(point(crack_energy=1e4), rate, dt, found.shape[0])
+    assert at_once[-1, 0] > found[-1, 0]
+
+
+def test_a_relaxed_crack_r16_does_not_depend_on_the_step():
+    ends = []
+    for dt in (0.5e-9, 0.25e-9, 0.125e-9):
+        p = point(relaxation_time=10e-9, crack_energy=1e4)
+        ends.append(pull(p, 1e6, dt, round(40e-9 / dt))[-1])
+    coarse, middle, fine = ends
+    assert np.all(np.abs(middle - fine) < 0.6 * np.abs(coarse - middle) + 1e-12)
+    assert fine[1] == approx(middle[1], rel=0.03)
