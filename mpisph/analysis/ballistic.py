@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from mpisph.materials.alloys import KSI
+
 __all__ = [
     "BALLISTIC_VELOCITY",
     "HYPERVELOCITY",
-    "KSI",
     "Whipple",
     "critical_diameter",
 ]
@@ -27,9 +28,6 @@ BALLISTIC_VELOCITY = 3.0e3
 HYPERVELOCITY = 7.0e3
 """From here on it melts or shatters finely [m/s]; between the two the equation is a
 straight line."""
-
-KSI = 6.894757e6
-"""A thousand pounds a square inch [Pa]."""
 
 _CM, _KM_PER_S, _G_PER_CM3 = 1e-2, 1e3, 1e3
 

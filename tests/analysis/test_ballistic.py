@@ -8,10 +8,10 @@ import pytest
 from mpisph.analysis.ballistic import (
     BALLISTIC_VELOCITY,
     HYPERVELOCITY,
-    KSI,
     Whipple,
     critical_diameter,
 )
+from mpisph.materials.alloys import KSI
 
 RYAN = Whipple(
     bumper_thickness=0.787e-3,
