@@ -18,6 +18,7 @@ from mpisph.io.verdict import WallRecord
 __all__ = ["Layout", "column_sound", "ligament", "measure_wall", "shear", "wall_layout"]
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 BOND = 2.0
@@ -179,13 +180,24 @@ def _faces(
     half = layout.thickness / layout.z.size / 2
     low = np.where(main, wall.z, np.inf).min(axis=0) - half
     high = np.where(main, wall.z, -np.inf).max(axis=0) + half
-    inner = np.flatnonzero(main.any(axis=0))
-    if inner.size == 0:
+    nearest = _nearest_columns(main)
+    if nearest is None:
         n = layout.r.size
         return np.full(n, layout.front), np.full(n, layout.rear)
-    known = np.arange(layout.r.size)
-    nearest = inner[np.minimum(np.searchsorted(inner, known), inner.size - 1)]
     return low[nearest], high[nearest]
+
+
+def _nearest_columns(main: BoolArray) -> IntArray | None:
+    """Return for each column the nearest one outside with any of what holds together.
+
+    None where nothing holds.
+    """
+    there = np.flatnonzero(main.any(axis=0))
+    if there.size == 0:
+        return None
+    order = np.searchsorted(there, np.arange(main.shape[1]))
+    nearest: IntArray = there[np.minimum(order, there.size - 1)]
+    return nearest
 
 
 def shear(layout: Layout, rear: FloatArray, columns: BoolArray) -> float:
@@ -259,19 +271,26 @@ def _come_off(
     wall: _Wall,
     main: BoolArray,
 ) -> BoolArray:
-    """Return which particles lie behind the rear face of what holds together."""
-    held = np.zeros(particles["id"].shape, dtype=bool)
-    mine = np.flatnonzero(particles["body"] == layout.body)
-    order = np.argsort(particles["id"][mine])
-    held[mine[order]] = main.ravel()
-    r = np.where(main, wall.r, 0.0).max(axis=0, initial=0.0)
+    """Return which particles have come off behind what holds together.
+
+    Matter of the wall must have moved on from its place behind it: what is crushed may
+    still be there.
+    """
     rear = _faces(layout, wall, main)[1]
-    order = np.argsort(r, kind="stable")
-    face = np.interp(particles["r"], r[order], rear[order])
-    behind = particles["z"] > face + GAP * layout.spacing
+    r = np.maximum.accumulate(np.where(main, wall.r, 0.0).max(axis=0))
+    gap = GAP * layout.spacing
+    behind: BoolArray = particles["z"] > np.interp(particles["r"], r, rear) + gap
     # What flies past the rim has not come through the wall.
-    off: BoolArray = ~held & behind & (particles["r"] < layout.r[-1] - layout.thickness)
-    return off
+    behind &= particles["r"] < layout.r[-1] - layout.thickness
+    moved = wall.z - layout.z[:, np.newaxis]
+    nearest = _nearest_columns(main)
+    along = np.zeros(r.size)
+    if nearest is not None:
+        along = np.where(main, moved, -np.inf).max(axis=0)[nearest]
+    off = ~main & (moved > along + gap)
+    mine = np.flatnonzero(particles["body"] == layout.body)
+    behind[mine[np.argsort(particles["id"][mine])]] &= off.ravel()
+    return behind
 
 
 def _sums(
