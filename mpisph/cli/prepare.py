@@ -205,7 +205,7 @@ def init_command(
         wall_thickness,
         npr,
         end,
-        wall_material or material,
+        wall_material,
     )
     write = draft_shield if shield else draft_case
     if not file.parent.is_dir():

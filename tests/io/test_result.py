@@ -162,12 +162,14 @@ def melting_plate(case):
 
 
 def test_bodies_are_recorded_as_far_as_their_models_go(tmp_path, case, clouds):
-    found = [Condition(1e-3, 0.0, 0.0), Condition(5e-2, 0.254, 0.0)]
+    motion = (1.5, 2500.0, 125.0)
+    found = [Condition(1e-3, 0.0, 0.0, *motion), Condition(5e-2, 0.254, 0.0, *motion)]
     assert body_records(case, found) == ()
     sphere, plate = body_records(melting_plate(case), found)
     assert (sphere.name, sphere.mass) == ("sphere", 1e-3)
     assert (sphere.molten, sphere.broken) == (None, None)
     assert (plate.name, plate.molten, plate.broken) == ("plate", 0.254, None)
+    assert (plate.momentum_z, plate.kinetic_energy, plate.internal_energy) == motion
     ended = result(case, clouds).model_copy(update={"bodies": (sphere, plate)})
     assert read_result(write_result(tmp_path, ended)).bodies == (sphere, plate)
     console = Console(file=io.StringIO(), width=120)
@@ -175,4 +177,8 @@ def test_bodies_are_recorded_as_far_as_their_models_go(tmp_path, case, clouds):
     assert "mass in g" in console.file.getvalue()
     rows = [x.split("│") for x in console.file.getvalue().splitlines() if "│" in x]
     cells = [[cell.strip() for cell in row[1:-1]] for row in rows]
-    assert cells == [["sphere", "1", "-", "-"], ["plate", "50", "25.4 %", "-"]]
+    sums = ["1.5", "2500", "125"]
+    assert cells == [
+        ["sphere", "1", "-", "-", *sums],
+        ["plate", "50", "25.4 %", "-", *sums],
+    ]
