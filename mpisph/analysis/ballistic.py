@@ -1,7 +1,7 @@
 """Christiansen's equation: the sphere that a Whipple shield just stops.
 
 Christiansen, E. L. (1993), "Design and performance equations for advanced meteoroid and
-debris shields", Int. J. Impact Engng 14, 145-156, for aluminium at normal incidence. Its
+debris shields", Int. J. Impact Engng 14, 145-156: aluminium, at normal incidence. The
 branch at high velocity is Cour-Palais' thickness of the wall, solved for the diameter:
 ``t_w = 0.16 d^(1/2) (rho_p rho_b)^(1/6) M^(1/3) V S^(-1/2) (70/sigma)^(1/2)``.
 """
@@ -87,9 +87,9 @@ def _whole(
     layers = (shield.wall_thickness * strength + shield.bumper_thickness) / _CM
     rho = shield.projectile_density / _G_PER_CM3
     v = velocity / _KM_PER_S
-    found: npt.NDArray[np.float64] = (
-        _CM * (layers / (0.6 * np.sqrt(rho) * v ** (2 / 3))) ** (18 / 19)
-    )
+    found: npt.NDArray[np.float64] = _CM * (
+        layers / (0.6 * np.sqrt(rho) * v ** (2 / 3))
+    ) ** (18 / 19)
     return found
 
 

@@ -34,6 +34,8 @@ class Assessed(NamedTuple):
         The verdict; ``undecided`` without one.
     reason : str
         What decides it, or why there is none.
+    folder : Path or None
+        Of the run; None where there can be none.
     damage : float or None
         The figure that decides over its critical value; None without a completed run.
     wall : WallRecord or None
@@ -42,19 +44,21 @@ class Assessed(NamedTuple):
         Time at which it has come to rest [s].
     seconds : float or None
         Wall time of the run [s].
-    folder : Path or None
-        Of the run; None where there can be none.
+    version, revision : str or None
+        Of the program that made the run.
     """
 
     test: PublishedTest
     standing: Standing | str
     outcome: Outcome
     reason: str
-    damage: float | None
-    wall: WallRecord | None
-    rest_time: float | None
-    seconds: float | None
     folder: Path | None
+    damage: float | None = None
+    wall: WallRecord | None = None
+    rest_time: float | None = None
+    seconds: float | None = None
+    version: str | None = None
+    revision: str | None = None
 
     @property
     def ended(self) -> bool:
@@ -104,7 +108,7 @@ def assess(assessment: Assessment, root: Path) -> list[Assessed]:
 def _without(
     test: PublishedTest, standing: str, why: str, folder: Path | None
 ) -> Assessed:
-    return Assessed(test, standing, "undecided", why, *[None] * 4, folder)
+    return Assessed(test, standing, "undecided", why, folder)
 
 
 def _assessed(test: PublishedTest, folder: Path) -> Assessed:
@@ -125,6 +129,8 @@ def _assessed(test: PublishedTest, folder: Path) -> Assessed:
         wall=verdict.wall,
         rest_time=verdict.rest_time,
         seconds=result.timing.wall,
+        version=result.versions.get("mpisph"),
+        revision=result.revision,
         folder=folder,
     )
 

@@ -125,7 +125,7 @@ class _Row:
         cells: Mapping[str, str],
         units: Mapping[str, str],
     ) -> None:
-        self._place = {"file": str(path), "line": line}
+        self._place: dict[str, Any] = {"file": str(path), "line": line}
         self._cells = cells
         self._units = units
         self.problems: list[Problem] = []

@@ -25,15 +25,13 @@ ALLOY = find_alloy("AA6061-T6")
 SHIELD = Whipple(0.787e-3, 2700.0, 50.8e-3, 3.18e-3, 276e6, 2800.0)
 
 
-def assessed(
-    outcome, failed, damage=1.0, velocity=6.5e3, standing="completed", source="A", line=2
-):
+def assessed(outcome, failed, damage=1.0, velocity=6.5e3, line=2, **more):
+    alloys = (ALLOY, ALLOY, ALLOY)
+    source, standing = more.get("source", "A"), more.get("standing", "completed")
     test = PublishedTest(
-        line, f"{line}", source, "1", ALLOY, ALLOY, ALLOY, 3e-3, velocity, SHIELD, failed
+        line, f"{line}", source, "1", *alloys, 3e-3, velocity, SHIELD, failed
     )
-    return Assessed(
-        test, standing, outcome, "", damage, None, None, None, Path("x")
-    )
+    return Assessed(test, standing, outcome, "", Path("x"), damage)
 
 
 SIX = [
