@@ -132,7 +132,8 @@ def by_source(tests: Sequence[Assessed]) -> dict[str, Score]:
         source: score([t for t in tests if t.test.source == source])
         for source in sources
     }
-    return dict(sorted(found.items(), key=lambda item: (-item[1].tests, item[0])))
+    ended = {source: score for source, score in found.items() if score.tests}
+    return dict(sorted(ended.items(), key=lambda item: (-item[1].tests, item[0])))
 
 
 def confusion(predictions: Iterable[tuple[bool, bool | None]]) -> Confusion:
