@@ -24,7 +24,7 @@ from mpisph.case.sections import (
     Scheme,
     TimeStepping,
 )
-from mpisph.case.shield import Shield
+from mpisph.case.shield import HORIZON, Shield, default_end
 from mpisph.case.target import default_plate
 from mpisph.case.times import merge_times, periodic_times, requested_times
 from mpisph.core.particles import FIELDS
@@ -188,6 +188,17 @@ class Case(FrozenModel):
         return self.end_time / LATER
 
     @property
+    def horizon(self) -> float:
+        """Time by which matter must come to a shield's wall to count [s].
+
+        It depends on no time that the case gives, so a run that is made longer has made
+        the same steps.
+        """
+        assert self.shield is not None, "only shields have one"
+        rho = [self.body_models(body).rest_density for body in self.bodies[:-1]]
+        return HORIZON * default_end(self.shield, rho)
+
+    @property
     def impact_velocity(self) -> float:
         """Largest difference between the velocities of two bodies [m/s]."""
         velocities = [body.velocity for body in self.bodies]
@@ -220,6 +231,8 @@ class Case(FrozenModel):
         """Particle fields that snapshots carry: of models, those that a body uses."""
         given = frozenset[str]().union(*(m.fields for m in self.material_table))
         left_out = MODEL_FIELDS - given
+        if self.shield is None:
+            left_out |= {"retired"}
         return frozenset(f.name for f in FIELDS if f.saved) - left_out
 
     def body_models(self, body: Body) -> MaterialModels:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from pathlib import PurePath
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field, ValidationError
 
@@ -23,6 +23,7 @@ __all__ = [
     "BLOCK",
     "CFL",
     "Bumper",
+    "Flight",
     "Projectile",
     "RearWall",
     "Shield",
@@ -30,6 +31,7 @@ __all__ = [
     "default_npr",
     "default_radii",
     "expand_shield",
+    "flights_of",
     "is_block",
     "name_materials",
     "of_shield",
@@ -68,6 +70,13 @@ RESPONSE_SPEED = 125.0
 
 LATE = 1.1
 """Flight of the cloud in units of that of its centre of mass: the slower half."""
+
+HALF_WAY, PASSED = 0.5, 4.0
+"""When matter of a bumper may leave the game: share of the standoff that the projectile
+would have flown, and at least so many times the way through the bumper."""
+
+HORIZON = 2.0
+"""Time by which matter must come to the wall to count, in default ends of the run."""
 
 SNAPSHOTS = 12
 """Written during a run. A run ends 1.2 times later than the second but last."""
@@ -204,6 +213,44 @@ def default_end(shield: Shield, densities: Sequence[float] | None = None) -> flo
         way = bumper.thickness + bumper.standoff
         time += LATE * way / (projectile.velocity * momentum / mass)
     return time + max(shield.wall.thickness, d) / RESPONSE_SPEED
+
+
+class Flight(NamedTuple):
+    """When matter of a body no longer matters to the wall.
+
+    Attributes
+    ----------
+    reach : float
+        Axial position that it must be able to come to [m].
+    after : float
+        Time from which that counts [s].
+    """
+
+    reach: float
+    after: float
+
+
+def flights_of(shield: Shield) -> tuple[Flight, ...]:
+    """Return when the matter of each body leaves the game.
+
+    Matter of a bumper must be able to come to what stands behind it, once the
+    projectile would have flown half of the way there; the projectile's to the wall,
+    once the last bumper's has to. What is thrown back leaves a diameter before a face.
+
+    Parameters
+    ----------
+    shield : Shield
+    """
+    d, v = shield.projectile.diameter, shield.projectile.velocity
+    flights = []
+    for front, bumper, next_front in zip(
+        shield.fronts, shield.bumpers, shield.fronts[1:], strict=False
+    ):
+        impact = PASSED * (d + bumper.thickness)
+        way = front + max(impact, bumper.thickness + HALF_WAY * bumper.standoff)
+        flights.append(Flight(next_front - d, way / v))
+    wall = Flight(shield.fronts[-1] - d, 0.0)
+    return (Flight(wall.reach, flights[-1].after), *flights, wall)
 
 
 def expand_shield(data: Mapping[str, Any]) -> Mapping[str, Any]:

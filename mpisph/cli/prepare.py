@@ -87,6 +87,9 @@ def _card_table(card: Material) -> Table:
     title = f"{card.name}: {card.description}" if card.description else card.name
     table = Table("model", "constant", "value", "source", title=title)
     table.add_row("", "rho0", f"{card.rho0:g} kg/m3", card.sources.get("rho0", ""))
+    if card.elongation is not None:
+        source = card.sources.get("elongation", "")
+        table.add_row("", "elongation", f"{card.elongation:g}", source)
     for kind in KINDS:
         if getattr(card, kind) is not None:
             table.add_row("", kind, getattr(card, kind), "")

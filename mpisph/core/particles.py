@@ -127,6 +127,7 @@ FIELDS = (
     Field("dB_zz", "dB_zz/dt", "1/s", "rate of B_zz", "derived", False, False),
     Field("damping", "v", "m/s", "viscous signal speed", "derived", False, False),
     Field("crowding", "w", "1", "kernel sum over density", "derived", False, True),
+    Field("retired", "x", "1", "1 once it has left the game", "derived", False, True),
     Field("neighbours", "N", "1", "number of neighbours", "derived", False, False),
 )
 

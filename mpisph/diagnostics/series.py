@@ -85,8 +85,10 @@ class Sample:
 
     @cached_property
     def in_cloud(self) -> npt.NDArray[np.bool_]:
-        """Which particles are in the cloud, shape (n,)."""
-        return in_cloud(self.p.body, self.p.z, self.p.u_z, self.cloud)
+        """Which particles are in the cloud, shape (n,); none that has left the game."""
+        p = self.p
+        at_work: npt.NDArray[np.bool_] = p.retired == 0.0
+        return at_work & in_cloud(p.body, p.z, p.u_z, self.cloud)
 
 
 class Series(NamedTuple):

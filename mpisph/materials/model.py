@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import Field, create_model, model_validator
 
-from mpisph.inputs.quantities import PROSE, Density, Description, Fraction
+from mpisph.inputs.quantities import PROSE, Density, Description, Fraction, Quantity
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.eos import is_gas
 from mpisph.physics.eos.linear import Linear
@@ -48,6 +48,9 @@ ELEMENTS = frozenset(
 Composition = Annotated[dict[str, Fraction], PROSE]
 """No motion depends on it, so it is no part of which case it is."""
 
+Elongation = Annotated[float, Field(gt=0, le=1), Quantity(""), PROSE]
+"""No motion depends on it either: a verdict is made of a run that is done."""
+
 _DERIVED = "rho0 c^2"
 
 _LEAST_MODULUS, _LARGEST_MODULUS = 1.0, 1e15
@@ -65,6 +68,8 @@ class _Material(Sourced):
     """Reference density."""
     composition: Composition = Field(default_factory=dict, max_length=20)
     """Elements by their fractions of the mass; radiographs alone need it."""
+    elongation: Elongation | None = None
+    """Elongation at break in a tensile test; the verdict on a shield needs it."""
     eos: EquationOfState | None = None
     """Equation of state (R8); the scheme's, if left out."""
     porosity: Porosity | None = None

@@ -241,7 +241,7 @@ def respond(x, table, sound_speed_floor, dt):
         x.S_rr[k] *= left * factor
         x.S_zz[k] *= left * factor
         x.S_rz[k] *= left * factor
-        P, excess = limit_tension(x, k, mat)
+        P, excess = limit_tension(x, k, mat, dt)
         P = borne(P, solid)
         floor = sound_speed_floor * mat.bulk_sound_speed
         x.c[k] = sound_speed(x.rho[k], P, dP_drho, dP_dE, floor)

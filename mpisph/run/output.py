@@ -148,7 +148,7 @@ class RunOutput:
                 sim.comm,
                 self.folder,
                 len(self.snapshots),
-                sim.particles,
+                sim.everything,
                 time=sim.time,
                 step=sim.step,
                 metadata=self.metadata,
@@ -172,7 +172,7 @@ class RunOutput:
         with sim.timers.measure("output") as watch:
             state = self._state(sim).model_dump_json()
             path = write_checkpoint(
-                sim.comm, self.folder, sim.step, sim.particles, sim.n_total, state
+                sim.comm, self.folder, sim.step, sim.everything, sim.n_total, state
             )
         size = sim.n_total * PARTICLE_BYTES / 1e6
         self.log.say(f"{path.name}: {size:.2f} MB in {watch.spent:.3f} s")
@@ -250,7 +250,7 @@ class RunOutput:
         interactions = self._all_interactions(sim)
         timers = self._longest_timers(sim)
         conditions = measure_condition(
-            sim.comm, sim.particles, len(sim.case.bodies), sim.scales
+            sim.comm, sim.everything, len(sim.case.bodies), sim.scales
         )
         stepping = wall - timers.get("output", 0.0)
         rank_stepping = self._rank_seconds(sim.comm.size, wall) * stepping / wall

@@ -46,7 +46,7 @@ class Probes:
         self._followed = (
             dict(state.followed)
             if state
-            else nearest_particles(sim.comm, sim.particles, sim.case.gauges)
+            else nearest_particles(sim.comm, sim.everything, sim.case.gauges)
         )
         none = [-np.inf] * len(sim.case.bodies)
         self._peaks = np.array(state.peaks if state else none)
@@ -79,7 +79,7 @@ class Probes:
         """Write a line of each table; collective."""
         values = read_probes(
             sim.comm,
-            sim.particles,
+            sim.everything,
             self._peaks,
             sim.case.gauges,
             self._followed,

@@ -40,7 +40,7 @@ class WallGauge:
 
     def measure(self, sim: Simulation) -> WallRecord:
         """Return the wall as it is now; collective."""
-        p = sim.particles
+        p = sim.everything
         wall = self.case.bodies[-1]
         near = (p.body == len(self.case.bodies) - 1) | (p.z > wall.section.ends[0])
         gathered = sim.comm.gather({name: getattr(p, name)[near] for name in _FIELDS})

@@ -15,7 +15,7 @@ from numba import njit
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray, Particles
 from mpisph.diagnostics.cloud import CloudDefinition
-from mpisph.diagnostics.series import PARTS_TYPE, joined, local_parts
+from mpisph.diagnostics.series import PARTS_TYPE, Parts, joined, local_parts
 from mpisph.diagnostics.stability import STABLE, Bounds, first_fault
 from mpisph.parallel.halo import bounding_box
 from mpisph.parallel.load_balance import relative_pair_costs, work_of
@@ -83,7 +83,7 @@ class Reduction(NamedTuple):
 def global_reduction(
     comm: MPI.Intracomm, p: Particles, table: MaterialTable, scheme: SchemeConstants,
     rule: StepRule, bounds: Bounds, sum_bounds: FloatArray, cloud: CloudDefinition,
-    pair_cost: float = 0.0, stop_request: int = 0,
+    pair_cost: float = 0.0, stop_request: int = 0, retired: Parts | None = None,
 ) -> Reduction:  # fmt: skip
     """Gather the records of all ranks (the step's only collective).
 
@@ -104,6 +104,8 @@ def global_reduction(
         Measured time of a pair on this rank [s], 0 for unknown.
     stop_request : int, optional
         What this rank asks for, such as to stop.
+    retired : Parts, optional
+        What matter that has left the game on this rank adds to the sums.
     """
     limit, where = local_limit(p, scheme)
     fault, fault_id = first_fault(p, table, bounds)
@@ -117,6 +119,9 @@ def global_reduction(
     record["fault"], record["fault_id"] = fault, fault_id
     record["stop_request"] = stop_request
     record["sums"], record["maxima"] = parts
+    if retired is not None:
+        record["sums"] += retired.sums
+        record["maxima"] = np.maximum(record["maxima"], retired.maxima)
     records = np.empty(comm.size, RECORD)
     comm.Allgather(record.view(np.int64), records.view(np.int64))
     return _conclude(records, sum_bounds)

@@ -7,6 +7,7 @@ from mpi4py import MPI
 
 from mpisph.case import Case
 from mpisph.case.discretise import InitialParticles
+from mpisph.case.shield import flights_of
 from mpisph.core.particles import Particles
 from mpisph.diagnostics.cloud import cloud_definition
 from mpisph.diagnostics.series import Scales
@@ -19,6 +20,7 @@ from mpisph.physics.smoothing import MODES
 from mpisph.solver.state import Simulation
 from mpisph.sph.neighbours import make_lattice
 from mpisph.sph.planes import Planes
+from mpisph.sph.retirement import Retirement
 from mpisph.sph.timestep import StepRule
 
 
@@ -67,7 +69,17 @@ def make_simulation(
         rule=step_rule(case),
         cut=cut,
         planes=Planes(*case.boundary.planes),
+        retirement=_retirement(case),
     )
+
+
+def _retirement(case: Case) -> Retirement | None:
+    """Return when matter of a case leaves the game; None where it never does."""
+    if case.shield is None:
+        return None
+    flights = flights_of(case.shield)
+    reach, after = np.array([(f.reach, f.after) for f in flights]).T
+    return Retirement(reach.copy(), after.copy(), case.horizon)
 
 
 def initial_scales(case: Case, comm: MPI.Intracomm, share: InitialParticles) -> Scales:

@@ -22,7 +22,7 @@ from mpisph.parallel.redistribution import block_starts
 from mpisph.physics.response import respond
 from mpisph.solver.setup import initial_scales, make_simulation
 from mpisph.solver.state import Simulation
-from mpisph.solver.step import evaluate_rates, rebalance, reduce_state
+from mpisph.solver.step import add_retired, evaluate_rates, rebalance, reduce_state
 from mpisph.sph.gradient import UNITY
 from mpisph.sph.timestep import StepRule
 
@@ -176,12 +176,16 @@ def restore(
         At time zero and step zero: those are for the caller to set.
     """
     keep_freed_memory()
-    p = particles
+    left = particles.retired > 0.0
+    p = particles.take(~left)
     half = reach(p.h, case.scheme.kappa)
     work = np.rint(work_of(p.neighbours))
     cut = fastest_cut(comm, p.r, p.z, half, work, mode=case.parallel.cut)
     mine = migrate(comm, p, cut)
-    return make_simulation(case, comm, mine, n_total, cut, scales)
+    sim = make_simulation(case, comm, mine, n_total, cut, scales)
+    if left.any():
+        add_retired(sim, particles.take(left))
+    return sim
 
 
 def _first_cut(case: Case, comm: MPI.Intracomm, share: InitialParticles) -> Cut:

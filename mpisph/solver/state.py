@@ -8,7 +8,7 @@ from mpisph.case import Case
 from mpisph.core.particles import Particles
 from mpisph.core.timers import Timers
 from mpisph.diagnostics.cloud import CloudDefinition
-from mpisph.diagnostics.series import Scales
+from mpisph.diagnostics.series import Parts, Scales
 from mpisph.diagnostics.stability import Bounds
 from mpisph.parallel.decomposition import Cut
 from mpisph.parallel.halo import Halo
@@ -17,6 +17,7 @@ from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.sph.neighbours import Lattice
 from mpisph.sph.planes import Planes
+from mpisph.sph.retirement import Retirement
 from mpisph.sph.timestep import StepRule
 
 
@@ -29,7 +30,7 @@ class Simulation:
     case : Case
     comm : MPI.Intracomm
     particles : Particles
-        Owned by this rank.
+        Owned by this rank, less those that have left the game.
     n_total : int
         Number of particles on all ranks.
     scheme, table, lattice, bounds, scales, cloud
@@ -66,6 +67,12 @@ class Simulation:
         Time spent in each phase of the step.
     skip_quiescent : bool
         Whether matter at rest is left out of the pair loop; no bit depends on it.
+    retirement : Retirement, optional
+        When matter leaves the game.
+    retired : Particles
+        What has left the game on this rank.
+    retired_parts : Parts, optional
+        What that adds to the sums of the run; it stays the same.
     """
 
     case: Case
@@ -94,3 +101,13 @@ class Simulation:
     halo: Halo = field(default_factory=Halo)
     timers: Timers = field(default_factory=Timers)
     skip_quiescent: bool = True
+    retirement: Retirement | None = None
+    retired: Particles = field(default_factory=lambda: Particles.zeros(0))
+    retired_parts: Parts | None = None
+
+    @property
+    def everything(self) -> Particles:
+        """All that this rank owns, what has left the game too."""
+        if self.retired.n == 0:
+            return self.particles
+        return Particles.unpack([self.particles.pack(), self.retired.pack()])

@@ -3,6 +3,7 @@
 A step reads as the algorithm::
 
     kick half, drift, predict                     (R11)
+    take out what has left the game
     send ghosts their fields
     sort owned and ghosts into the global order
     find neighbours; evaluate rates               (R1-R7, R10)
@@ -16,8 +17,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mpisph.core.particles import CORRECTION, FloatArray
-from mpisph.diagnostics.series import bounds_of
+from mpisph.core.particles import CORRECTION, FloatArray, Particles
+from mpisph.diagnostics.series import bounds_of, local_parts
 from mpisph.parallel.cost_model import fastest_cut
 from mpisph.parallel.decomposition import Cut, owners, part_work
 from mpisph.parallel.halo import boxes, exchange_halo, reach
@@ -30,12 +31,16 @@ from mpisph.sph.integrator import drift, kick, predict
 from mpisph.sph.neighbours import cell_keys
 from mpisph.sph.planes import with_images
 from mpisph.sph.rates import update_rates
+from mpisph.sph.retirement import has_left
 from mpisph.sph.sources import exchanged_fields, name_fields, sort_fields
 from mpisph.sph.timestep import StepRule
 
 MIGRATE_EVERY = 20
 """Steps after which particles that have drifted out of their part are given away, where
 the cut stays. Until then they cost some ghosts; moving them takes a tenth of a step."""
+
+RETIRE_EVERY = 20
+"""Steps after which matter is looked for that has left the game."""
 
 SORT_EVERY = 60
 """Steps after which particles are stored in cell order again. What lies together in
@@ -70,6 +75,7 @@ def reduce_state(
             sim.cloud,
             sim.pair_cost.value,
             stop_request,
+            sim.retired_parts,
         )
     sim.relative_pair_cost = float(found.pair_costs[sim.comm.rank])
     return found
@@ -133,6 +139,7 @@ def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
     with sim.timers.measure("stepping"):
         kick(p, before)
         drift(p, dt, *sim.planes)
+        p = _retire(sim, dt)
     evaluate_rates(sim, after, rank_boxes, dt)
     with sim.timers.measure("stepping"):
         kick(p, after)
@@ -141,6 +148,30 @@ def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
     sim.time += dt
     sim.step += 1
     sim.dt = dt
+
+
+def _retire(sim: Simulation, dt: float) -> Particles:
+    """Let retired matter fly on; take out what has left the game; return the rest."""
+    if sim.retirement is None:
+        return sim.particles
+    drift(sim.retired, dt, *sim.planes)
+    if sim.step % RETIRE_EVERY == 0:
+        p = sim.particles
+        left = has_left(p, sim.retirement, sim.time + dt)
+        if left.any():
+            leaving = p.take(left)
+            leaving.rates[:] = 0.0
+            leaving.neighbours[:] = 0.0
+            leaving.retired[:] = 1.0
+            sim.particles = p.take(~left)
+            add_retired(sim, leaving)
+    return sim.particles
+
+
+def add_retired(sim: Simulation, leaving: Particles) -> None:
+    """Add matter that has left the game on this rank."""
+    sim.retired = Particles.unpack([sim.retired.pack(), leaving.pack()])
+    sim.retired_parts = local_parts(sim.retired, sim.cloud, bounds_of(sim.scales))
 
 
 def evaluate_rates(

@@ -30,7 +30,8 @@ SHOTS = [
 
 def test_all_files_are_known():
     shots = [f"piekutowski-4-{shot}" for shot, *_ in SHOTS]
-    assert [f.stem for f in FILES] == ["paper-base-case", *shots, "plate-impact"]
+    others = ["plate-impact", "whipple-shield"]
+    assert [f.stem for f in FILES] == ["paper-base-case", *shots, *others]
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)

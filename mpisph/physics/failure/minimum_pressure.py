@@ -51,7 +51,7 @@ def _sound_share(x, k, mat):
 
 
 @njit(**ENTRY)
-def _limit_tension(x, k, mat):
+def _limit_tension(x, k, mat, dt):
     limit = mat.minimum_pressure
     P = minimum_pressure(x.P[k], limit.value, limit.mode)
     return borne(P, 1.0 - x.damage[k]), 0.0

@@ -14,7 +14,7 @@ def undamaged(x, k, mat):
 
 
 @njit(**ENTRY)
-def limit_by_damage(x, k, mat):
+def limit_by_damage(x, k, mat, dt):
     """Return the pressure, in tension less the damage (R16), and no excess [Pa]."""
     return borne(x.P[k], 1.0 - x.damage[k]), 0.0
 

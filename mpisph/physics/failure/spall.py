@@ -1,8 +1,8 @@
 """Spall: matter parts where its tension reaches a strength (R16).
 
-A crack then opens, and the tension that it lets through falls in proportion to its
-opening, whose share of the last one is its memory. Where the crack closes again, matter
-is relieved elastically.
+A crack then opens, at once or within a relaxation time, and the tension that it lets
+through falls in proportion to its opening, whose share of the last one is its memory.
+Where the crack closes again, matter is relieved elastically.
 
 References
 ----------
@@ -10,12 +10,13 @@ Hillerborg, Modeer, Petersson (1976), Cement and Concrete Research 6, 773: crack
 open against a tension. Bazant, Oh (1983), Materials and Structures 16, 155: in a band.
 """
 
+import math
 from typing import Literal
 
 from numba import njit
 
 from mpisph.core.jit import ENTRY, EXACT
-from mpisph.inputs.quantities import CrackEnergy, PositivePressure
+from mpisph.inputs.quantities import CrackEnergy, PositivePressure, RelaxationTime
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.cracks import (
     BAND,
@@ -46,6 +47,8 @@ class Spall(Sourced):
     """Which tension: minus the pressure, or the largest principal stress."""
     crack_energy: CrackEnergy = 0.0
     """Energy that an area of crack takes; at least what the spacing resolves."""
+    relaxation_time: RelaxationTime = 0.0
+    """Time in which a tension above the strength opens cracks; 0 for at once."""
 
 
 @njit(**EXACT)
@@ -90,6 +93,20 @@ def opening_growth(excess, last, strength, bulk):
 
 
 @njit(**EXACT)
+def relieved_share(relaxation_time, dt):
+    """Return the share of an excess of tension that is relieved within a step (R16).
+
+    Cracks open at a rate in proportion to the excess, which they lessen.
+
+    Parameters
+    ----------
+    relaxation_time, dt : float
+        [s].
+    """
+    return 1.0 - math.exp(-dt / relaxation_time) if relaxation_time > 0.0 else 1.0
+
+
+@njit(**EXACT)
 def untorn_share(damage, opening):
     """Return the share that is not torn, of matter whose cracks are open (R16).
 
@@ -130,11 +147,12 @@ def _limited(P, excess, damage, opening):
 
 
 @njit(**ENTRY)
-def _limit_tension(x, k, mat):
+def _limit_tension(x, k, mat, dt):
     # Without a branch here, no references to the arrays are counted.
     D, opening = x.damage[k], x.opening[k]
     P = _between_cracks(x.P[k], x.rho[k], x.E[k], x.distension[k], opening, x.h[k], mat)
     excess = _excess(P, x.S_rr[k], x.S_zz[k], x.S_rz[k], D, opening, mat.spall)
+    excess *= relieved_share(mat.spall.relaxation_time, dt) if excess > 0.0 else 1.0
     return _limited(P, excess, D, opening), excess
 
 
