@@ -8,6 +8,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from mpisph.core.words import counted
 from mpisph.figures.style import DPI, STYLE, WIDTH, Out, label_log_axis, save
@@ -20,6 +21,7 @@ FIGURE_FILE = "damage.png"
 RANGE = (0.1, 10.0)
 """Damage that is shown; what lies outside stands at the edge."""
 
+_TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 _HELD, _FAILED = "#0072B2", "#D55E00"
 _INSIDE = 1.04
 _MARGIN = 1.15
@@ -77,6 +79,7 @@ def scatter_figure(tests: Sequence[Assessed]) -> Figure:
             axes.scatter(*_places(rest), s=24, facecolors="none", edgecolors=colour,
                          marker=marker, linewidths=0.9,
                          label=f"of these undecided: {len(rest)}")  # fmt: skip
+    figure.legend(loc="outside lower center", ncols=4, handletextpad=0.3)
     _lay_out(axes, [test.test.ratio for test in shown])
     return figure
 
@@ -94,8 +97,9 @@ def _lay_out(axes: Axes, ratios: Sequence[float]) -> None:
     ends = min([*ratios, 0.5]) / _MARGIN, max([*ratios, 2.0]) * _MARGIN
     axes.set_xlim(*ends)
     axes.set_ylim(*RANGE)
-    for axis in (axes.xaxis, axes.yaxis):
-        label_log_axis(axis)
+    label_log_axis(axes.xaxis)
+    axes.set_yticks(_TICKS, labels=[f"{tick:g}" for tick in _TICKS])
+    axes.yaxis.set_minor_locator(NullLocator())
     axes.axhline(1.0, color="0.35", linewidth=0.9)
     axes.axvline(1.0, color="0.35", linewidth=0.9, linestyle=(0, (5, 3)))
     axes.set_xlabel("diameter over Christiansen’s critical one, $d/d_c$")
@@ -113,4 +117,3 @@ def _lay_out(axes: Axes, ratios: Sequence[float]) -> None:
     ):
         axes.text(factor, 1.01, text, transform=above, ha=side, va="bottom",
                   fontsize=8.0, color="0.35")  # fmt: skip
-    axes.legend(loc="upper left", handletextpad=0.3)
