@@ -199,7 +199,7 @@ _WALL = {
     "wall_detached_g": ("detached", 1e3),
     "wall_detached_m_per_s": ("detached_velocity", 1.0),
     "wall_detached_kg_m_per_s": ("detached_momentum", 1.0),
-    "wall_m_per_s": ("velocity", 1.0),
+    "wall_velocity_m_per_s": ("velocity", 1.0),
     "wall_time_us": ("time", 1e6),
 }
 """Columns of the wall at the end of a run: the field of its record, and the factor."""

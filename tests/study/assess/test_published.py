@@ -153,7 +153,7 @@ def test_the_shipped_tests_are_read_as_they_stand():
 
 
 def test_the_equation_is_right_on_the_shipped_tests_as_often_as_counted_apart():
-    """Christiansen's equation in cm, g/cm3, ksi and km/s, as the literature gives it."""
+    """The equation in cm, g/cm3, ksi and km/s, as the literature gives it."""
     lines = [s for s in SHIPPED.read_text().splitlines() if not s.startswith("#")]
     for test, cells in zip(read_tests(SHIPPED), csv.DictReader(lines), strict=True):
         c = {k.split()[0]: v for k, v in cells.items()}
