@@ -18,6 +18,7 @@ from mpisph.physics.failure.spall import (
     LEAST_LENGTH,
     opening_growth,
     opening_strain,
+    relaxed_share,
     untorn_share,
 )
 
@@ -152,6 +153,76 @@ def test_opening_growth_r16_takes_up_the_excess():
     assert 70e9 * (strain - D * 0.1) == approx((1.0 - D) * 1e9, rel=1e-12)
 
 
+TIME = 1e-8
+
+
+def pulled_open(rate, end, steps):
+    """The opening and the tension by the equation of the opening itself.
+
+    Classical Runge-Kutta with steps of its own; the tension between the cracks is that
+    of the linear equation of state.
+    """
+    last = 2.0 * LEAST_LENGTH * STRENGTH / BULK
+
+    def excess(t, o):
+        solid = math.exp(-rate * t) * (1.0 + o * last)
+        return BULK * (1.0 - solid) - (1.0 - o) * STRENGTH
+
+    def speed(t, o):
+        return max(excess(t, o), 0.0) / (BULK * last - STRENGTH) / TIME
+
+    o, dt = 0.0, end / steps
+    for i in range(steps):
+        t = i * dt
+        a = speed(t, o)
+        b = speed(t + 0.5 * dt, o + 0.5 * dt * a)
+        c = speed(t + 0.5 * dt, o + 0.5 * dt * b)
+        o += dt / 6.0 * (a + 2.0 * b + 2.0 * c + speed(t + dt, o + dt * c))
+    return o, (1.0 - o) * STRENGTH + excess(end, o)
+
+
+@pytest.mark.parametrize("rate", [3e5, 1e6])
+def test_an_excess_r16_relaxes_as_its_equation_says(rate):
+    """Of the first order: half the step, half of what is wrong."""
+    begins = STRENGTH / BULK / rate
+    end = begins + 3.0 * TIME
+    opening, tension = pulled_open(rate, end, 20000)
+    off = []
+    for steps in (1000, 2000):
+        p = point(relaxation_time=TIME)
+        found = pull(p, rate, end / steps, steps)
+        assert p.get("opening") == approx(opening, rel=0.02)
+        assert -found[-1, 0] == approx(tension, rel=0.003)
+        off.append(abs(p.get("opening") - opening))
+    assert off[1] == approx(0.5 * off[0], rel=0.2)
+
+
+@pytest.mark.parametrize("dt", [0.1 * TIME, TIME, 3.0 * TIME])
+def test_the_strength_r16_rises_by_the_rate_times_the_time_at_any_step(dt):
+    rate = 1e5
+    p = point(relaxation_time=TIME, crack_energy=5 * RESOLVED)
+    steps = int((STRENGTH / BULK / rate + 20.0 * TIME) / dt)
+    found = pull(p, rate, dt, steps)
+    rise = -found[-1, 0] - (1.0 - found[-2, 1]) * STRENGTH
+    assert 0.0 < found[-1, 1] < 0.1
+    assert rise == approx(BULK * rate * TIME, rel=0.03)
+
+
+def test_a_short_pulse_r16_exceeds_the_strength_and_opens_its_share():
+    excess, dt = 0.1e9, 0.02 * TIME
+    for time, share in ((0.0, 1.0), (TIME, 0.02 / 1.02)):
+        p = point(relaxation_time=time)
+        p.set(rho=2700.0 * (1.0 - (STRENGTH + excess) / BULK))
+        p.respond(dt)
+        last = opening_strain(1.5 * SIZE, STRENGTH, 0.0, BULK)
+        assert p.get("opening") == approx(
+            share * excess / (BULK * last - STRENGTH), rel=1e-6
+        )
+        assert -p.get("P") == approx(STRENGTH + (1.0 - share) * excess, rel=1e-9)
+    assert relaxed_share(0.0, TIME) == 0.0
+    assert relaxed_share(0.0, 0.0) == relaxed_share(dt, 0.0) == 1.0
+
+
 def test_band_r16_is_that_in_which_a_crack_takes_its_energy():
     """A crack smeared by the kernel damages by exp(-z^2/h^2) when its middle breaks."""
     z = np.linspace(-6.0, 6.0, 4001)
@@ -284,3 +355,44 @@ def test_damage_r16_softens_shear():
     p.respond(1e-9)
     assert p.get("G") == approx(0.75 * 27e9, rel=1e-14)
     assert p.stress == approx(0.75 * 0.3e9, rel=1e-14)
+
+
+def test_relieved_share_r16_is_an_exponential():
+    assert relieved_share(10e-9, 4e-9) == approx(1.0 - math.exp(-0.4), rel=1e-14)
+    assert relieved_share(10e-9, 1.0) == 1.0
+    assert relieved_share(0.0, 1e-12) == 1.0
+
+
+@pytest.mark.parametrize("tau", [5e-9, 20e-9])
+def test_tension_r16_exceeds_the_strength_by_the_rate_times_the_relaxation(tau):
+    """A steady rate of strain, against the equation of the excess integrated finely.
+
+    d(excess)/dt = K rate - excess/tau, as long as the crack is hardly open.
+    """
+    rate, dt = 1e5, 0.25e-9
+    p = point(relaxation_time=tau, crack_energy=1e4)
+    begin = int(STRENGTH / (BULK * rate) / dt)
+    found = pull(p, rate, dt, begin + int(1.2 * tau / dt))
+    excess = time = 0.0
+    tension = 0.0
+    while time < found.shape[0] * dt:
+        tension = BULK * (1.0 - math.exp(-rate * time))  # of what is not cracked
+        if tension > STRENGTH:
+            excess += 1e-11 * (BULK * rate * math.exp(-rate * time) - excess / tau)
+        time += 1e-11
+    opened = found[-1, 1]
+    assert 0.0 < opened < 0.1
+    want = excess + (1.0 - opened) * STRENGTH
+    assert -found[-1, 0] == approx(want, rel=0.02)
+    at_once = pull(point(crack_energy=1e4), rate, dt, found.shape[0])
+    assert at_once[-1, 0] > found[-1, 0]
+
+
+def test_a_relaxed_crack_r16_does_not_depend_on_the_step():
+    ends = []
+    for dt in (0.5e-9, 0.25e-9, 0.125e-9):
+        p = point(relaxation_time=10e-9, crack_energy=1e4)
+        ends.append(pull(p, 1e6, dt, round(40e-9 / dt))[-1])
+    coarse, middle, fine = ends
+    assert np.all(np.abs(middle - fine) < 0.6 * np.abs(coarse - middle) + 1e-12)
+    assert fine[1] == approx(middle[1], rel=0.03)
