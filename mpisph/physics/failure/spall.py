@@ -2,8 +2,8 @@
 
 A crack then opens, and the tension that it lets through falls in proportion to its
 opening, whose share of the last one is its memory. It opens at once, or in a relaxation
-time, so that a short pulse may exceed the strength. Where the crack closes again, matter
-is relieved elastically.
+time, so that a short pulse may exceed the strength. Where the crack closes again,
+matter is relieved elastically.
 
 References
 ----------
@@ -13,7 +13,6 @@ Tuler, Butcher (1968), Int. J. Fract. Mech. 4, 431: a strength that depends on h
 the tension lasts.
 """
 
-import math
 from typing import Literal
 
 from numba import njit
