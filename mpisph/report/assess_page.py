@@ -75,24 +75,24 @@ def write_page(made: Assessment, tests: Sequence[Assessed], root: Path) -> Path:
     figures = []
     if can_draw(tests):
         picture = embed(partial(draw_scatter, tests))
-        figures = [Figure("Damage against the equation", picture, _CAPTION)]
+        figures = [Figure("Damage of the walls against d/d_c", picture, _CAPTION)]
     files = {
         "study": f"{root / STUDY_FILE}, with a case for each test",
         "table with all figures": str(root / TABLE_FILE),
     }
     html = render(
         "assess.html",
-        title=f"Do the walls hold? {made.study.file.title}",
+        title=made.study.file.title,
         verdict=_verdict(tests),
         notices=list(_notices(tests)),
         shares=_table(shares_sheet(tests)),
-        confusion=_table(confusion_sheet(tests)),
-        sources=_table(sources_sheet(tests)),
+        confusion=_table(confusion_sheet(tests), titled=True),
+        sources=_table(sources_sheet(tests), titled=True),
         figures=figures,
         misses=_table(misses_sheet(tests)),
         pictures=pictures,
         undecided=_table(undecided_sheet(tests)),
-        alloys=_table(stand_in_sheet(tests)),
+        alloys=_table(stand_in_sheet(tests), titled=True),
         provenance=provenance_table([_made_by(t) for t in tests], files),
         settings=_settings(made),
         tests=_table(all_sheet(tests)),
@@ -102,13 +102,14 @@ def write_page(made: Assessment, tests: Sequence[Assessed], root: Path) -> Path:
     return root / PAGE_FILE
 
 
-def _table(sheet: Sheet) -> Table:
+def _table(sheet: Sheet, titled: bool = False) -> Table:
+    """Return a table; those below a heading of their own need no title."""
     return Table(
-        sheet.title,
+        sheet.title if titled else "",
         sheet.heads,
         list(sheet.rows),
         sheet.caption,
-        numbers=True,
+        numbers=len(sheet.words) < len(sheet.heads) - 1,
         words=sheet.words,
     )
 
