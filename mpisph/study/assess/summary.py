@@ -236,10 +236,6 @@ def _alloys(title: str, listed: Sequence[Alloy]) -> Sheet:
     return Sheet(title, heads, rows, (1, 2, 3))
 
 
-def _megapascal(stress: float | None) -> str:
-    return _NONE if stress is None else f"{1e-6 * stress:.0f}"
-
-
 def _percent(share: float) -> str:
     return _NONE if math.isnan(share) else f"{100.0 * share:.1f} %"
 
