@@ -145,6 +145,10 @@ def _notices(tests: Sequence[Assessed]) -> Iterator[Notice]:
         if counts[standing]:
             text = f"{counted(counts[standing], 'test')} {words}: see Undecided."
             yield Notice("bad" if standing == "failed" else "info", text)
+    doubtful = sum(bool(test.warnings) for test in tests)
+    if doubtful:
+        text = f"with a warning: see the column warnings of {TABLE_FILE}."
+        yield Notice("info", f"{counted(doubtful, 'test')} {text}")
 
 
 def _picture(item: Assessed) -> Figure | None:
