@@ -163,7 +163,7 @@ def _close_view(layout: Layout, shown: Sequence[_Shown]) -> View:
             reach = max(reach, float(np.quantile(a["z"][hit], 0.98)) - layout.rear)
     high = layout.rear + min(reach, bulge + _BEHIND * t)
     span = 1.04 * (high - low)
-    radius = min(max(1.25 * max(radii), 0.6 * span), 1.02 * layout.r[-1])
+    radius = min(max(1.15 * max(radii), 0.6 * span), 1.02 * layout.r[-1])
     # Panels beside each other fill the width.
     missing = max(2.0 * radius / _TALL - span, 0.0)
     low, high = low - 0.5 * missing, low + span + 0.5 * missing
