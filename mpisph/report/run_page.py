@@ -27,7 +27,7 @@ from mpisph.figures.movie import PANEL, Frame
 from mpisph.figures.shield import draw_shield
 from mpisph.figures.style import body_colour
 from mpisph.figures.view import View, choose_view, common_view, only_finite
-from mpisph.figures.wall import draw_wall
+from mpisph.figures.wall import draw_wall, reason_text
 from mpisph.io.files import write_text
 from mpisph.io.snapshot import read_snapshot
 from mpisph.io.stored_run import StoredRun, read_run
@@ -82,9 +82,6 @@ _LIMITS = (
     "wall that holds here may still be holed by one."
 )
 # In one sentence, what the verdict cannot know.
-
-_NO_TABLE = Table("", (), [])
-# Of a shield, what is molten and broken stands beside the momentum of the bodies.
 
 _EXPOSED = "Cloud, plate and ejecta at the exposures"
 
@@ -318,7 +315,7 @@ def _run_view(run: StoredRun, place: str) -> RunView:
         bodies=bodies_table(run.case),
         setup=[setup_table(run), materials_table(run.case)],
         cloud=cloud_table(run) if run.comparisons else None,
-        condition=condition_table(run) if run.case.shield is None else _NO_TABLE,
+        condition=condition_table(run),
         condition_figures=_condition_figures(run),
         pictures_title=_EXPOSED if exposed else "Particles",
         pictures=[] if judged else _pictures(run.case, shown, view),
@@ -352,7 +349,8 @@ def _shield_view(run: StoredRun) -> ShieldView | None:
     reason = "The run has not ended."
     if verdict is not None:
         outcome, kind = _OUTCOMES[verdict.outcome]
-        reason = verdict.reason[0].upper() + verdict.reason[1:].rstrip(".") + "."
+        reason = reason_text(verdict)
+        reason = reason[0].upper() + reason[1:].rstrip(".") + "."
     return ShieldView(
         outcome=outcome,
         kind=kind,

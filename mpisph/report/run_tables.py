@@ -335,19 +335,16 @@ def shares_table(run: StoredRun) -> Table:
             f"{100 * body.momentum_z / whole:.1f}".replace("-", "\u2212"),
             f"{1e-3 * body.kinetic_energy:.3g}",
             f"{1e-3 * body.internal_energy:.3g}".replace("-", "\u2212"),
-            share_text(body.molten, NONE),
-            share_text(body.broken, NONE),
         )
         for body in bodies
     ]
     caption = (
-        "At the end: axial momentum and its share of the whole; kinetic and internal "
-        "energy; shares of the mass that are molten and broken. A dash: the material "
-        "has no such model."
+        "At the end: mass, axial momentum and its share of the whole, energies. What "
+        "is thrown back counts with its body."
     )
     heads = (
         "body", "mass [g]", "momentum [mN s]", "share [%]", "kinetic [kJ]",
-        "internal [kJ]", "molten", "broken",
+        "internal [kJ]",
     )  # fmt: skip
     title = "Momentum and energy by body"
     return Table(title, heads, rows, caption, numbers=True)
