@@ -184,7 +184,7 @@ def _time_snapshot(sim: Simulation) -> float:
             sim.comm,
             folder,
             0,
-            sim.particles,
+            sim.everything,
             time=sim.time,
             step=sim.step,
             metadata={"case": sim.case.to_toml()},

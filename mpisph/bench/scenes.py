@@ -122,7 +122,7 @@ def keep_late_start(case: Case, comm: MPI.Intracomm, time: float, store: Path) -
         comm,
         store / key,
         0,
-        sim.particles,
+        sim.everything,
         time=sim.time,
         step=sim.step,
         metadata={"case": text},

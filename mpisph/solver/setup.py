@@ -74,8 +74,11 @@ def make_simulation(
 
 
 def _retirement(case: Case) -> Retirement | None:
-    """Return when matter of a case leaves the game; None where it never does."""
-    if case.shield is None:
+    """Return when matter of a case leaves the game; None where it never does.
+
+    From a plane of the boundary it would come back.
+    """
+    if case.shield is None or case.boundary.exists:
         return None
     flights = flights_of(case.shield)
     reach, after = np.array([(f.reach, f.after) for f in flights]).T

@@ -154,7 +154,7 @@ def _retire(sim: Simulation, dt: float) -> Particles:
     """Let retired matter fly on; take out what has left the game; return the rest."""
     if sim.retirement is None:
         return sim.particles
-    drift(sim.retired, dt, *sim.planes)
+    drift(sim.retired, dt)
     if sim.step % RETIRE_EVERY == 0:
         p = sim.particles
         left = has_left(p, sim.retirement, sim.time + dt)
