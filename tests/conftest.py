@@ -79,6 +79,20 @@ def finished(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def judged(tmp_path_factory):
+    """Likewise, of a shield whose wall is torn."""
+    from mpi4py import MPI
+    from rich.console import Console
+    from shields import coarse
+
+    from mpisph.run.session import run
+
+    folder = tmp_path_factory.mktemp("runs") / "judged"
+    run(coarse(), MPI.COMM_SELF, folder, Console(quiet=True))
+    return folder
+
+
+@pytest.fixture(scope="session")
 def breaking(tmp_path_factory):
     """Likewise, of matter that melts and breaks."""
     from small_runs import BREAKING, small_run

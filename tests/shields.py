@@ -44,6 +44,24 @@ def shield_case(**tables):
     return case_from_dict(shield_data(**tables))
 
 
+QUIET = {"figures": False, "every": "3 us", "history_every": 20}
+
+
+def coarse(**tables):
+    """A thin shield near its projectile: it takes 12 us to be torn."""
+    near = {"standoff": "8 mm", "radius": "5 mm"}
+    thin = {"thickness": "1.6 mm", "radius": "9 mm"}
+    given = {
+        "projectile": {"velocity": "4 km/s"},
+        "bumpers": near,
+        "wall": thin,
+        "resolution": {"npr": 4},
+        "time": {"end": "12 us"},
+        "output": QUIET,
+    }
+    return shield_case(**{**given, **tables})
+
+
 def wall_particles(layout, displacement=None, damage=None, extra=()):
     """Return particles of a wall whose columns are displaced along z.
 

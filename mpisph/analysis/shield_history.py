@@ -126,7 +126,7 @@ def wall_moments(case: Case, walls: Sequence[WallRecord]) -> list[Moment]:
         Each record once; fewer of a run that has few.
     """
     fastest = int(np.argmax([wall.velocity for wall in walls]))
-    chosen = [Moment(fastest, "loaded")]
+    chosen = [Moment(fastest, "loading")]
     chosen += [
         Moment(number, "earlier verdict")
         for number, wall in enumerate(walls)

@@ -32,6 +32,9 @@ _LINE, _TITLE_LINE = 0.19, 0.16
 _TALLEST = 8.0
 # Of all panels together [in]: a figure that fits on a page.
 
+_FULL = 0.9
+# Share of the width that panels should fill.
+
 _NARROW = 1.8
 # Width of a panel under which its label is short [in].
 
@@ -184,7 +187,7 @@ def make_panels(
 
 
 def choose_grid(view: View, count: int, width: float, between: float) -> Grid:
-    """Return the arrangement of panels in which they are largest.
+    """Return the arrangement of panels in which they are largest and fill the width.
 
     Parameters
     ----------
@@ -203,4 +206,5 @@ def choose_grid(view: View, count: int, width: float, between: float) -> Grid:
         wide = (width - (columns - 1) * _GAP) / columns
         wide = min(wide, (_TALLEST / rows - between) / view.aspect)
         grids.append(Grid(rows, columns, wide, wide * view.aspect))
-    return max(grids, key=lambda grid: (round(grid.width, 6), -grid.rows))
+    full = [g for g in grids if g.columns * (g.width + _GAP) - _GAP > _FULL * width]
+    return max(full or grids, key=lambda grid: (round(grid.width, 6), -grid.rows))

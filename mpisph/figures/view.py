@@ -188,7 +188,7 @@ def _shield_view(snapshot: Snapshot, case: Case, shield: Shield) -> View:
     low, rear = -_BEFORE * d, case.bodies[-1].section.ends[1]
     behind = a["z"][a["z"] > rear] - rear
     reach = float(np.quantile(behind, 1.0 - _LONE)) if behind.size else 0.0
-    high = rear + min(max(reach, d), max(_BEHIND * rear, d))
+    high = rear + min(1.2 * reach + 0.5 * d, max(_BEHIND * rear, d)) + 0.5 * d
     moving = np.hypot(a["u_r"], a["u_z"]) > _STIRRED * shield.projectile.velocity
     moving &= (a["z"] > 0.0) & (a["z"] < high)
     width = max(body.section.widest for body in case.bodies)

@@ -1,5 +1,6 @@
 """A figure of a shield's wall, close by: damage, velocity, hole, crater, bulge."""
 
+import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ from mpisph.figures.style import COMPUTED, REAR_FACE, STYLE, Out, save
 from mpisph.figures.view import View, only_finite
 from mpisph.io.snapshot import Snapshot, read_snapshot
 from mpisph.io.stored_run import StoredRun
-from mpisph.io.verdict import WallRecord
+from mpisph.io.verdict import Verdict, WallRecord
 
 WALL_FILE = "wall.png"
 
@@ -48,6 +49,7 @@ _BEHIND = 2.0
 
 _FACE: dict[str, Any] = {**REAR_FACE, "linewidth": 0.6}
 _MARK: dict[str, Any] = {**COMPUTED, "linewidth": 0.9}
+_MICROSECONDS = re.compile(r"(?<=\d )us\b")
 _OTHER = "0.82"
 # Colour of what is not the wall's.
 
@@ -163,7 +165,7 @@ def _close_view(layout: Layout, shown: Sequence[_Shown]) -> View:
             reach = max(reach, float(np.quantile(a["z"][hit], 0.98)) - layout.rear)
     high = layout.rear + min(reach, bulge + _BEHIND * t)
     span = 1.04 * (high - low)
-    radius = min(max(1.25 * max(radii), 0.6 * span), 1.02 * layout.r[-1])
+    radius = min(max(1.15 * max(radii), 0.6 * span), 1.02 * layout.r[-1])
     # Panels beside each other fill the width.
     missing = max(2.0 * radius / _TALL - span, 0.0)
     low, high = low - 0.5 * missing, low + span + 0.5 * missing
@@ -238,4 +240,9 @@ def _verdict_lines(run: StoredRun) -> list[str]:
     verdict = run.result.verdict if run.result else None
     if verdict is None:
         return []
-    return textwrap.wrap(f"{verdict.outcome}: {verdict.reason}", 88)
+    return textwrap.wrap(f"{verdict.outcome}: {reason_text(verdict)}", 88)
+
+
+def reason_text(verdict: Verdict) -> str:
+    """Return what decides a verdict, with the letters that pictures and pages have."""
+    return _MICROSECONDS.sub("µs", verdict.reason)

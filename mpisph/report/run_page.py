@@ -16,13 +16,22 @@ from mpisph.core.words import counted, grouped
 from mpisph.figures.cloud import draw_cloud
 from mpisph.figures.dots import find_shadings
 from mpisph.figures.fields import condition_fields
-from mpisph.figures.history import RunHistory, draw_history, history_figures
+from mpisph.figures.history import (
+    HistoryFigure,
+    RunHistory,
+    draw_history,
+    history_figures,
+    shield_figures,
+)
 from mpisph.figures.movie import PANEL, Frame
+from mpisph.figures.shield import draw_shield
 from mpisph.figures.style import body_colour
 from mpisph.figures.view import View, choose_view, common_view, only_finite
+from mpisph.figures.wall import draw_wall, reason_text
 from mpisph.io.files import write_text
 from mpisph.io.snapshot import read_snapshot
 from mpisph.io.stored_run import StoredRun, read_run
+from mpisph.io.verdict import Outcome
 from mpisph.report.analysis import ANALYSES, analysis_tables, has_debris
 from mpisph.report.page import Figure, Notice, Table, embed, render
 from mpisph.report.run_tables import (
@@ -36,8 +45,10 @@ from mpisph.report.run_tables import (
     provenance_table,
     runs_table,
     setup_table,
+    shares_table,
     timing_table,
     us,
+    wall_table,
 )
 from mpisph.report.study_page import MOST_OPEN, StudyView, study_views
 
@@ -45,6 +56,32 @@ REPORT_FILE = "report.html"
 
 MOST_PANELS = 24
 """Small pictures of a run; of more snapshots some are chosen at even distances."""
+
+_OUTCOMES: dict[Outcome, tuple[str, str]] = {
+    "holds": ("The wall holds", "good"),
+    "perforated": ("The wall is perforated", "bad"),
+    "detached spall": ("Spall comes off the wall", "bad"),
+    "undecided": ("Undecided", "warn"),
+}
+# What a page says of a verdict, and what kind of news that is.
+
+_CUTS = "Bumper, cloud and wall"
+_CUTS_CAPTION = (
+    "Cuts through the axis, mirrored about it, all in one scale. What is thrown back "
+    "and what flies past the wall may lie outside."
+)
+_WALL = "The wall close by"
+_WALL_CAPTION = (
+    "Grey lines: the original faces. Dotted: the edge of the hole, or else the deepest "
+    "place of the crater and the highest of the bulge. Velocities are along the axis, "
+    "those of the impact positive."
+)
+_LIMITS = (
+    "The computation is axisymmetric: every fragment off the axis is a ring, so a lone "
+    "solid fragment that hits the wall beside the axis cannot be represented, and a "
+    "wall that holds here may still be holed by one."
+)
+# In one sentence, what the verdict cannot know.
 
 _EXPOSED = "Cloud, plate and ejecta at the exposures"
 
@@ -81,6 +118,33 @@ class Debris(NamedTuple):
     tables: list[Table]
 
 
+class ShieldView(NamedTuple):
+    """What is shown of a shield before all else.
+
+    Attributes
+    ----------
+    outcome, kind, reason : str
+        The verdict in words, what kind of news it is, and what decides it.
+    tables : list of Table
+        The wall; momentum and energy of the bodies.
+    cuts, wall : list of Figure
+        Cuts through the shield; the wall close by. None without snapshots.
+    history : list of Figure
+        How the wall comes to the verdict.
+    limits : str
+        What an axisymmetric computation cannot show.
+    """
+
+    outcome: str
+    kind: str
+    reason: str
+    tables: list[Table]
+    cuts: list[Figure]
+    wall: list[Figure]
+    history: list[Figure]
+    limits: str
+
+
 class RunView(NamedTuple):
     """What the template shows of a run.
 
@@ -92,6 +156,8 @@ class RunView(NamedTuple):
         Folder, title of the case, how the run stands, and that as a kind and in words.
     notices : list of Notice
         What a reader must not miss.
+    shield : ShieldView or None
+        Verdict, wall and pictures of a shield; None of other cases.
     bodies : Table
     setup : list of Table
         Materials, resolution and scheme.
@@ -129,6 +195,7 @@ class RunView(NamedTuple):
     badge: str
     verdict: str
     notices: list[Notice]
+    shield: ShieldView | None
     bodies: Table
     setup: list[Table]
     cloud: Table | None
@@ -234,6 +301,7 @@ def _run_view(run: StoredRun, place: str) -> RunView:
     view = common_view(paths, run.case) if paths else None
     panels = [] if view is None else _panels(run.case, small, view)
     ended = run.result is not None
+    judged = run.case.shield is not None and not run.comparisons
     exposed = any(item.exposure is not None for item in shown)
     return RunView(
         place=place,
@@ -243,13 +311,14 @@ def _run_view(run: StoredRun, place: str) -> RunView:
         badge=_BADGES.get(run.state, "warn"),
         verdict=_verdict(run),
         notices=_notices(run),
+        shield=_shield_view(run),
         bodies=bodies_table(run.case),
         setup=[setup_table(run), materials_table(run.case)],
         cloud=cloud_table(run) if run.comparisons else None,
         condition=condition_table(run),
         condition_figures=_condition_figures(run),
         pictures_title=_EXPOSED if exposed else "Particles",
-        pictures=_pictures(run.case, shown, view),
+        pictures=[] if judged else _pictures(run.case, shown, view),
         panels=panels,
         panels_text=_panels_text(len(small), len(run.snapshots) - len(large)),
         colours=[
@@ -262,6 +331,35 @@ def _run_view(run: StoredRun, place: str) -> RunView:
         program=program_text(run),
         provenance=provenance_table(run),
         case_text=run.case_text,
+    )
+
+
+def _shield_view(run: StoredRun) -> ShieldView | None:
+    """Return the verdict on a shield with all that tells why."""
+    if run.case.shield is None:
+        return None
+    data = RunHistory.of(run)
+    verdict = data.verdict
+    tables = [wall_table(verdict)] if verdict else []
+    cuts, wall = [], []
+    if run.snapshots:
+        cuts.append(Figure(_CUTS, embed(partial(draw_shield, run)), _CUTS_CAPTION))
+        wall.append(Figure(_WALL, embed(partial(draw_wall, run)), _WALL_CAPTION))
+    outcome, kind = "The wall is not judged yet", "unknown"
+    reason = "The run has not ended."
+    if verdict is not None:
+        outcome, kind = _OUTCOMES[verdict.outcome]
+        reason = reason_text(verdict)
+        reason = reason[0].upper() + reason[1:].rstrip(".") + "."
+    return ShieldView(
+        outcome=outcome,
+        kind=kind,
+        reason=reason,
+        tables=[*tables, shares_table(run)],
+        cuts=cuts,
+        wall=wall,
+        history=[_history_figure(item, data) for item in shield_figures(data)],
+        limits=_LIMITS,
     )
 
 
@@ -364,11 +462,12 @@ def _panels_text(shown: int, of: int) -> str:
 
 
 def _history(run: StoredRun) -> list[Figure]:
-    data = RunHistory(run.history, run.case, run.clouds, run.probes)
-    return [
-        Figure(item.title, embed(partial(draw_history, item, data)), item.caption)
-        for item in history_figures(data)
-    ]
+    data = RunHistory.of(run)
+    return [_history_figure(item, data) for item in history_figures(data)]
+
+
+def _history_figure(item: HistoryFigure, data: RunHistory) -> Figure:
+    return Figure(item.title, embed(partial(draw_history, item, data)), item.caption)
 
 
 def _analysis(case: Case, shown: list[_Shown]) -> list[Debris]:
@@ -433,6 +532,8 @@ def _notices(run: StoredRun) -> list[Notice]:
         found.append(Notice("warn", "There are no snapshots, and so no pictures."))
     if len(run.history) < 2:
         found.append(Notice("warn", "The history has no lines to draw."))
+    if run.case.shield is not None and not run.comparisons:
+        return [*_trouble(run), *found]
     if run.result is not None and run.result.cloud_arrival is not None:
         when = us(run.result.cloud_arrival)
         text = f"At {when} the cloud has reached the next body: its measures end there."

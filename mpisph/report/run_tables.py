@@ -12,6 +12,7 @@ from mpisph.core.words import counted, grouped
 from mpisph.diagnostics.cloud import CloudFigure
 from mpisph.io.result import Comparison, Result, share_text
 from mpisph.io.stored_run import StoredRun
+from mpisph.io.verdict import Verdict
 from mpisph.physics.models import described
 from mpisph.physics.response import KINDS, MaterialModels
 from mpisph.report.page import NONE, Link, Table
@@ -271,6 +272,82 @@ def condition_table(run: StoredRun) -> Table:
     )
     heads = ("body", "mass [g]", "molten", "broken")
     return Table("", heads, rows, caption, numbers=True)
+
+
+def wall_table(verdict: Verdict) -> Table:
+    """Return what is measured on the wall of a shield at the end.
+
+    Without rows where the run broke down before anything was measured.
+    """
+    wall = verdict.wall
+    if wall is None:
+        return Table("The wall at the end", ("", ""), [])
+    rest = NONE if verdict.rest_time is None else us(verdict.rest_time)
+    off = wall.detached > 0.0
+    rows: list[Row] = [
+        ("damage over the critical one", f"{verdict.damage:.2f}"),
+        ("hole in the sound wall, diameter", _size(wall.hole)),
+        (
+            "sound ligament, least share of a way through",
+            f"{100 * wall.ligament:.0f} %",
+        ),
+        ("sound straight through, least share", f"{100 * wall.sound_share:.0f} %"),
+        ("tilt of the rear face along a thickness", f"{wall.shear:.3f}"),
+        ("bulge of the rear face", _size(wall.bulge)),
+        ("crater, depth", _size(wall.crater_depth)),
+        ("crater, diameter", _size(wall.crater_diameter)),
+        ("come off the rear face, mass", _milligrams(wall.detached) if off else "none"),
+        ("its axial velocity", f"{wall.detached_velocity:.0f} m/s" if off else NONE),
+        ("its axial momentum", _momentum_text(wall.detached_momentum) if off else NONE),
+        ("fastest sound way through the wall", f"{wall.velocity:.0f} m/s"),
+        ("at rest from", rest),
+        ("verdict a sixth of the time earlier", verdict.earlier),
+    ]
+    caption = (
+        "A dash: there is none. At rest: from then on the bulge stays as it is at the "
+        "end."
+    )
+    return Table("The wall at the end", ("", ""), rows, caption, numbers=True)
+
+
+def _size(length: float) -> str:
+    """Return a length [m] in mm, or that there is none."""
+    return f"{1e3 * length:.2f} mm" if length > 0.0 else "none"
+
+
+def _milligrams(mass: float) -> str:
+    return f"{1e6 * mass:.3g} mg" if mass < 1e-3 else f"{1e3 * mass:.3g} g"
+
+
+def _momentum_text(momentum: float) -> str:
+    return f"{1e3 * momentum:.3g} mN s".replace("-", "\u2212")
+
+
+def shares_table(run: StoredRun) -> Table:
+    """Return momentum and energies of each body of a shield at the end."""
+    bodies = run.result.bodies if run.result else ()
+    whole = sum(body.momentum_z for body in bodies)
+    rows: list[Row] = [
+        (
+            body.name,
+            f"{1e3 * body.mass:.4g}",
+            f"{1e3 * body.momentum_z:.4g}".replace("-", "\u2212"),
+            f"{100 * body.momentum_z / whole:.1f}".replace("-", "\u2212"),
+            f"{1e-3 * body.kinetic_energy:.3g}",
+            f"{1e-3 * body.internal_energy:.3g}".replace("-", "\u2212"),
+        )
+        for body in bodies
+    ]
+    caption = (
+        "At the end: mass, axial momentum and its share of the whole, energies. What "
+        "is thrown back counts with its body."
+    )
+    heads = (
+        "body", "mass [g]", "momentum [mN s]", "share [%]", "kinetic [kJ]",
+        "internal [kJ]",
+    )  # fmt: skip
+    title = "Momentum and energy by body"
+    return Table(title, heads, rows, caption, numbers=True)
 
 
 def _momentum(error: float | None) -> list[Row]:

@@ -6,11 +6,19 @@ import pytest
 from matplotlib.figure import Figure
 from small_runs import EXPOSED, small_run
 
+from mpisph.analysis.shield_history import wall_arrival
+from mpisph.analysis.verdict import damage_ratio
 from mpisph.case import load_case
 from mpisph.case.sections import Gauge
-from mpisph.figures.history import RunHistory, draw_history, history_figures
+from mpisph.figures.history import (
+    RunHistory,
+    draw_history,
+    history_figures,
+    shield_figures,
+)
 from mpisph.io.history import read_history
-from mpisph.io.probe_files import probe_headers
+from mpisph.io.probe_files import BODIES_FILE, probe_headers
+from mpisph.io.stored_run import read_run
 
 
 @pytest.fixture(scope="module")
@@ -145,3 +153,62 @@ def test_bodies_and_gauges_have_a_line_each(run):
     )
     shown = {figure.name for figure in history_figures(run)}
     assert not {name for name in shown if name.startswith(("bodies", "gauges"))}
+
+
+@pytest.fixture(scope="module")
+def shield(judged):
+    return RunHistory.of(read_run(judged))
+
+
+def draw_of_shield(run, name):
+    """The axes of one of the figures of a shield, and its caption."""
+    (figure,) = [f for f in shield_figures(run) if f.name == name]
+    axes = Figure().add_subplot()
+    figure.draw(axes, run)
+    return axes, figure.caption
+
+
+def test_momentum_by_body_and_of_all(shield):
+    found = lines(draw_of_shield(shield, "momentum")[0])
+    rows = shield.probes[BODIES_FILE]
+    names = ["projectile", "bumper", "wall"]
+    columns = [rows[f"momentum_z_{name}_kg_m_per_s"] for name in names]
+    for name, column in zip(names, columns, strict=True):
+        np.testing.assert_allclose(found[name], [1e6 * rows["time_s"], column])
+    np.testing.assert_allclose(found["all"][1], sum(columns))
+
+
+def test_arrival_and_rest_are_marked_where_they_are(shield):
+    verdict = shield.verdict.model_copy(update={"rest_time": 9e-6})
+    axes, caption = draw_of_shield(shield._replace(verdict=verdict), "momentum")
+    arrival = 1e6 * wall_arrival(shield.case, shield.probes[BODIES_FILE])
+    assert 1.0 < arrival < 3.0
+    assert list(lines(axes)["cloud at the wall"][0]) == pytest.approx([arrival] * 2)
+    assert list(lines(axes)["wall at rest"][0]) == pytest.approx([9.0] * 2)
+    assert f"({arrival:.1f} µs)" in caption
+    assert "from 9.0 µs" in caption
+    moving = shield.verdict.model_copy(update={"rest_time": None})
+    axes, caption = draw_of_shield(shield._replace(verdict=moving), "momentum")
+    assert "wall at rest" not in lines(axes)
+    assert "still moves" in caption
+
+
+def test_damage_and_bulge_of_the_wall_over_time(shield):
+    time = [1e6 * wall.time for wall in shield.walls]
+    axes, _ = draw_of_shield(shield, "damage")
+    ratios = [damage_ratio(shield.case, wall) for wall in shield.walls]
+    np.testing.assert_allclose(axes.lines[0].get_data(), [time, ratios])
+    assert set(lines(axes)["critical"][1]) == {1.0}
+    found = lines(draw_of_shield(shield, "bulge")[0])
+    bulge = [1e3 * wall.bulge for wall in shield.walls]
+    np.testing.assert_allclose(found["bulge of the rear face"], [time, bulge])
+    crater = [1e3 * wall.crater_depth for wall in shield.walls]
+    np.testing.assert_allclose(found["depth of the crater"][1], crater)
+
+
+def test_a_shield_shows_no_sizes_of_a_cloud_that_nobody_measured(shield, run):
+    names = [figure.name for figure in history_figures(shield)]
+    assert not {"radius", "length", "cloud_mass", "bodies_momentum_z"} & set(names)
+    assert {"energies", "bodies_kinetic_energy"} <= set(names)
+    assert shield_figures(run) == []
+    assert shield_figures(shield._replace(walls=(), probes={})) == []

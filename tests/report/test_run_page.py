@@ -45,6 +45,8 @@ def dot(file):
 def dots(monkeypatch):
     """Let every picture be a dot, for a page whose words alone are read."""
     monkeypatch.setattr(run_page, "draw_cloud", lambda *given, **_: dot(given[-1]))
+    monkeypatch.setattr(run_page, "draw_shield", lambda *given: dot(given[1]))
+    monkeypatch.setattr(run_page, "draw_wall", lambda *given: dot(given[1]))
     monkeypatch.setattr(run_page, "draw_history", lambda *given: dot(given[2]))
     monkeypatch.setattr(run_page.Frame, "save", lambda _, out: dot(out))
     analysis = AnalysisFigure("Dot", "a dot", lambda *given: dot(given[2]))
@@ -329,3 +331,79 @@ def test_the_shares_are_those_of_the_last_snapshot(breaking):
 
 def test_without_models_nothing_is_said_of_it(page):
     assert "Condition of the matter" not in page.headings
+
+
+def test_the_verdict_on_a_shield_stands_first(judged, tmp_path, dots):
+    page = page_of([judged], tmp_path / "shield.html")
+    verdict = read_run(judged).result.verdict
+    assert_nothing_is_fetched(page)
+    reason = verdict.reason[0].upper() + verdict.reason[1:]
+    first = page.text.index(f"The wall is perforated{reason}.")
+    assert first < page.text.index("completed")
+    assert ("p", {"class": "outcome bad"}) in page.attributes
+    assert page.headings[:5] == [
+        "a shield",
+        "The wall at the end",
+        "Momentum and energy by body",
+        "What happens",
+        "How the wall responds",
+    ]
+    assert page.all("img", "alt")[:5] == [
+        "Bumper, cloud and wall",
+        "The wall close by",
+        "Axial momentum by body",
+        "Damage of the wall over what it bears",
+        "Bulge and crater of the wall",
+    ]
+    assert page.text.count("every fragment off the axis is a ring") == 1
+
+
+def test_what_is_measured_on_the_wall(judged, tmp_path, dots):
+    page = page_of([judged], tmp_path / "shield.html")
+    result = read_run(judged).result
+    wall, verdict = result.verdict.wall, result.verdict
+    assert page.value("damage over the critical one") == f"{verdict.damage:.2f}"
+    assert page.value("hole in the sound wall, diameter") == f"{1e3 * wall.hole:.2f} mm"
+    assert page.value("bulge of the rear face") == f"{1e3 * wall.bulge:.2f} mm"
+    assert page.value("tilt of the rear face along a thickness") == f"{wall.shear:.3f}"
+    off = page.value("come off the rear face, mass")
+    assert float(off.removesuffix(" mg")) == pytest.approx(
+        1e6 * wall.detached, rel=0.01
+    )
+    assert page.value("verdict a sixth of the time earlier") == verdict.earlier
+    rows = page.table("body", "mass [g]", "momentum [mN s]")
+    for row, body in zip(rows, result.bodies, strict=True):
+        momentum = float(row[2].replace("\u2212", "-"))
+        assert momentum == pytest.approx(1e3 * body.momentum_z, rel=1e-3)
+    shares = [float(row[3].replace("\u2212", "-")) for row in rows]
+    assert sum(shares) == pytest.approx(100.0, abs=0.2)
+
+
+def test_a_shield_shows_no_sizes_of_a_cloud(judged, tmp_path, dots):
+    page = page_of([judged], tmp_path / "shield.html")
+    assert "names no measurements" not in page.text
+    assert "its measures end" not in page.text
+    assert not [alt for alt in page.all("img", "alt") if "of the cloud" in alt]
+
+
+def test_signs_in_title_and_reason_of_a_verdict_stay_text(judged, tmp_path, dots):
+    folder = shutil.copytree(judged, tmp_path / "copy")
+    file = folder / "result.json"
+    result = json.loads(file.read_text())
+    result["verdict"].update(outcome="undecided", reason="<b>at 5 us</b> & {{ 7 }}")
+    file.write_text(json.dumps(result))
+    case = folder / "case.toml"
+    case.write_text(case.read_text().replace("a shield", "<u>a</u> $x_b$", 1))
+    page = page_of([folder], tmp_path / "shield.html")
+    assert page.headings[0] == "<u>a</u> $x_b$"
+    assert "Undecided<b>at 5 µs</b> & {{ 7 }}." in page.text
+    assert ("p", {"class": "outcome warn"}) in page.attributes
+    assert not {"b", "u"} & set(page.tags)
+
+
+def test_a_shield_that_has_not_ended_is_not_judged(judged, tmp_path, dots):
+    folder = shutil.copytree(judged, tmp_path / "copy")
+    (folder / "result.json").unlink()
+    page = page_of([folder], tmp_path / "shield.html")
+    assert "The wall is not judged yet" in page.text
+    assert "The wall at the end" not in page.headings

@@ -5,29 +5,11 @@ import json
 import pytest
 from mpi4py import MPI
 from rich.console import Console
-from shields import shield_data
+from shields import coarse
 
-from mpisph.case import case_from_dict
 from mpisph.io.result import read_result
 from mpisph.run.session import resume, run
 from mpisph.run.signals import SignalHandler
-
-QUIET = {"figures": False, "every": "3 us", "history_every": 20}
-
-
-def coarse(**tables):
-    """A thin shield near its projectile: it takes 12 us to be torn."""
-    near = {"standoff": "8 mm", "radius": "5 mm"}
-    thin = {"thickness": "1.6 mm", "radius": "9 mm"}
-    given = {
-        "projectile": {"velocity": "4 km/s"},
-        "bumpers": near,
-        "wall": thin,
-        "resolution": {"npr": 4},
-        "time": {"end": "12 us"},
-        "output": QUIET,
-    }
-    return case_from_dict(shield_data(**{**given, **tables}))
 
 
 @pytest.fixture(scope="module")
