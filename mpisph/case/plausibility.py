@@ -17,7 +17,7 @@ from mpisph.case.shapes.section import FloatArray
 from mpisph.case.shield import shield_doubts
 from mpisph.core.errors import CaseError
 from mpisph.inputs.quantities import FrozenModel
-from mpisph.materials.doubts import doubtful_constants
+from mpisph.materials.doubts import doubtful_constants, doubtful_elongation
 from mpisph.physics.eos import GASES
 from mpisph.physics.eos.table import Tabulated
 from mpisph.physics.failure.minimum_pressure import MinimumPressure
@@ -266,7 +266,9 @@ def _warn_of_materials(case: Case) -> Iterator[str]:
     """Warn of constants that no matter has, and of models without effect."""
     seen: set[str] = set()
     for models in case.material_table:
-        for text in _doubts(models):
+        elongation = case.materials[models.material].elongation
+        key = f"materials.{models.material}"
+        for text in (*_doubts(models), *doubtful_elongation(key, elongation)):
             if text not in seen:
                 yield text
             seen.add(text)

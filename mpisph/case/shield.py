@@ -68,6 +68,10 @@ RESPONSE_SPEED = 125.0
 """Thickness of wall or projectile over the time that a wall takes to respond [m/s]:
 8 us for each mm."""
 
+RESPONDING = 3.0
+"""Diameters of the projectile behind which a block does not respond: its crater is at
+most one or two deep."""
+
 LATE = 1.1
 """Flight of the cloud in units of that of its centre of mass: the slower half."""
 
@@ -177,7 +181,12 @@ def default_radii(shield: Shield) -> tuple[float, ...]:
     for distance in shield.spread_distances[1:-1]:
         radii.append(SPREAD * distance + WALL_MARGIN * d)
     wall = spread * shield.spread_distances[-1] + WALL_MARGIN * d
-    return (*radii, max(wall, 2.0 * shield.wall.thickness))
+    return (*radii, max(wall, 2.0 * _responding(shield)))
+
+
+def _responding(shield: Shield) -> float:
+    """Return the thickness of the wall that responds [m]."""
+    return min(shield.wall.thickness, RESPONDING * shield.projectile.diameter)
 
 
 def default_npr(shield: Shield) -> int:
@@ -212,7 +221,7 @@ def default_end(shield: Shield, densities: Sequence[float] | None = None) -> flo
         mass += density * bumper.thickness
         way = bumper.thickness + bumper.standoff
         time += LATE * way / (projectile.velocity * momentum / mass)
-    return time + max(shield.wall.thickness, d) / RESPONSE_SPEED
+    return time + max(_responding(shield), d) / RESPONSE_SPEED
 
 
 class Flight(NamedTuple):
@@ -465,12 +474,6 @@ def shield_findings(data: Mapping[str, Any]) -> list[Finding]:
     d = shield.projectile.diameter
     for which, layer in enumerate(shield.layers):
         key: Key = ("wall",) if layer is shield.wall else ("bumpers", which)
-        if isinstance(layer, Bumper) and layer.standoff < d:
-            text = (
-                f"expected at least the projectile's diameter, {d:g} m: nearer plates "
-                "act as one, and no cloud forms between them"
-            )
-            findings.append(Finding(("shield", *key, "standoff"), text))
         if layer.radius is not None and layer.radius <= d / 2:
             text = f"expected more than the projectile's radius, {d / 2:g} m"
             findings.append(Finding(("shield", *key, "radius"), text))
@@ -486,11 +489,17 @@ def shield_doubts(shield: Shield, rows: Sequence[float]) -> list[str]:
     rows : sequence of float
         Rows of particles in each layer.
     """
-    texts = []
+    texts, d = [], shield.projectile.diameter
     for which, (layer, chosen, count) in enumerate(
         zip(shield.layers, default_radii(shield), rows, strict=True)
     ):
         key = "wall" if layer is shield.wall else f"bumpers.{which}"
+        if isinstance(layer, Bumper) and layer.standoff < d:
+            texts.append(
+                f"shield.{key}.standoff: {1e3 * layer.standoff:g} mm, less than the "
+                f"projectile's diameter of {1e3 * d:g} mm: plates so near act as one, "
+                "for no cloud forms between them"
+            )
         if layer.radius is not None and layer.radius < 0.7 * chosen:
             texts.append(
                 f"shield.{key}.radius: {1e3 * layer.radius:g} mm, where the cloud and "
@@ -503,7 +512,7 @@ def shield_doubts(shield: Shield, rows: Sequence[float]) -> list[str]:
                 f"many particles gives it {WALL_ROWS}"
             )
     total = sum(bumper.thickness for bumper in shield.bumpers)
-    if total > shield.projectile.diameter:
+    if total > d:
         texts.append(
             "shield.bumpers: thicker together than the projectile: nothing may come "
             "through to the wall"

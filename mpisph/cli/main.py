@@ -15,7 +15,7 @@ import click
 from mpi4py import MPI
 
 from mpisph import __version__
-from mpisph.cli import machine, post, prepare, run, study, verify
+from mpisph.cli import assess, machine, post, prepare, run, study, verify
 from mpisph.cli.options import BAD_INPUT
 from mpisph.core.errors import (
     CollectiveError,
@@ -34,7 +34,7 @@ from mpisph.run.signals import SignalHandler
 @click.pass_context
 def cli(context: click.Context) -> None:
     """Axisymmetric SPH for hypervelocity impact; mpirun starts it on many ranks."""
-    if context.invoked_subcommand not in {"run", "resume", "study"}:
+    if context.invoked_subcommand not in {"run", "resume", "study", "assess"}:
         release_signals()
 
 
@@ -54,6 +54,7 @@ for command in (
     prepare.materials_command,
     prepare.schema_command,
     study.study_group,
+    assess.assess_command,
 ):
     cli.add_command(command)
 

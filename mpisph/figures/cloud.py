@@ -32,6 +32,8 @@ from mpisph.figures.dots import (
     legend_entries,
 )
 from mpisph.figures.fields import Chosen, condition_fields, require_fields
+from mpisph.figures.history import RunHistory, draw_history, shield_figures
+from mpisph.figures.shield import SHIELD_FILE, draw_shield
 from mpisph.figures.style import (
     BOX,
     COMPUTED,
@@ -54,6 +56,7 @@ from mpisph.figures.view import (
     title_lines,
 )
 from mpisph.io.snapshot import Snapshot, read_series, read_snapshot
+from mpisph.io.stored_run import read_run
 
 FIGURES_FOLDER = "figures"
 CONDITION_FILE = "condition.png"
@@ -84,12 +87,12 @@ def draw_run(folder: Path, chosen: Sequence[Chosen] = ()) -> list[Path]:
     chosen : sequence of Chosen, optional
         What the colours show: one field, or those above and below the axis. By default
         it is the bodies; where models give it, the condition of the matter at the end
-        is drawn as well, in `CONDITION_FILE`.
+        is drawn as well, in `CONDITION_FILE`, and of a shield cuts, wall and momentum.
 
     Returns
     -------
     list of Path
-        The figures, in order of time.
+        The figures, in order of time; those of the whole run are the last.
 
     Raises
     ------
@@ -114,7 +117,25 @@ def draw_run(folder: Path, chosen: Sequence[Chosen] = ()) -> list[Path]:
     if not chosen and (condition := condition_fields(case)):
         figures.append(home / CONDITION_FILE)
         _draw_series(case, view, condition, series[-1:], figures[-1:])
+    if not chosen and case.shield is not None:
+        figures += _draw_judged(folder, home)
     return figures
+
+
+def _draw_judged(folder: Path, home: Path) -> list[Path]:
+    """Draw what tells how the wall of a shield comes to its verdict."""
+    # Imported here: of all cases, only shields need scipy.
+    from mpisph.figures.wall import WALL_FILE, draw_wall
+
+    run = read_run(folder)
+    draw_shield(run, home / SHIELD_FILE)
+    draw_wall(run, home / WALL_FILE)
+    drawn = [home / SHIELD_FILE, home / WALL_FILE]
+    history = RunHistory.of(run)
+    for figure in shield_figures(history):
+        drawn.append(home / f"{figure.name}.png")
+        draw_history(figure, history, drawn[-1])
+    return drawn
 
 
 def _draw_series(

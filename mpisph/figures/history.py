@@ -11,6 +11,8 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mpisph.analysis.shield_history import ARRIVED, MOMENTUM, wall_arrival
+from mpisph.analysis.verdict import damage_ratio
 from mpisph.case import Case
 from mpisph.case.contact import time_origin
 from mpisph.diagnostics.cloud import cloud_definition
@@ -30,6 +32,8 @@ from mpisph.figures.style import (
 )
 from mpisph.io.probe_files import BODIES_FILE, GAUGES_FILE
 from mpisph.io.result import CloudRecord
+from mpisph.io.stored_run import StoredRun
+from mpisph.io.verdict import Verdict, WallRecord
 
 SIZE = (5.0, 3.1)
 """Width and height of a figure [in]; small, so that its letters stay readable."""
@@ -41,6 +45,7 @@ _ROBUST: dict[str, Any] = {
     "markersize": 4.0,
     "color": BODY_COLOURS[0],
 }
+_MARK: dict[str, Any] = {"color": "0.4", "linewidth": 1.0, "zorder": 1}
 _NOMINAL: dict[str, Any] = {
     "linestyle": "none",
     "marker": "o",
@@ -64,12 +69,26 @@ class RunHistory(NamedTuple):
         The cloud at output times, for its robust figures; may be empty.
     probes : mapping of str to structured ndarray
         What was followed of bodies and at gauges, by the names of the files.
+    walls : tuple of WallRecord
+        The wall of a shield at the output times; may be empty.
+    verdict : Verdict or None
+        On that.
     """
 
     rows: npt.NDArray[Any]
     case: Case
     clouds: tuple[CloudRecord, ...] = ()
     probes: Mapping[str, npt.NDArray[Any]] = MappingProxyType({})
+    walls: tuple[WallRecord, ...] = ()
+    verdict: Verdict | None = None
+
+    @classmethod
+    def of(cls, run: StoredRun) -> "RunHistory":
+        """Return what a stored run holds of it."""
+        parts = (run.history, run.case, run.clouds, run.probes)
+        if run.result is None:
+            return cls(*parts)
+        return cls(*parts, run.result.walls, run.result.verdict)
 
 
 class HistoryFigure(NamedTuple):
@@ -103,22 +122,24 @@ def history_figures(run: RunHistory) -> list[HistoryFigure]:
     Returns
     -------
     list of HistoryFigure
-        None without lines of history, none of the cloud where there is no cloud, and
-        the imbalance only of several ranks.
+        None without lines of history, none of the cloud where there is no cloud or of
+        a shield that names no measurements, and the imbalance only of several ranks.
     """
     rows = run.rows
     if len(rows) < 2:
         return []
-    cloud = bool(rows["cloud_mass"].any())
+    exposed = run.case.measured is not None and bool(run.case.measured.exposures)
+    cloud = bool(rows["cloud_mass"].any()) and (exposed or run.case.shield is None)
     shown = {
         "radius": cloud,
         "length": cloud,
         "imbalance": bool(rows["imbalance"].any()),
     }
     figures = [figure for figure in _FIGURES if shown.get(figure.name, True)]
-    if run.case.measured is not None and run.case.measured.exposures:
+    if exposed:
         figures = [_with_measured(figure) for figure in figures]
     captioned = [s for s in SERIES if s.caption and rows[s.name].any()]
+    captioned = [s for s in captioned if cloud or not s.until_arrival]
     figures += [_series_figure(series) for series in captioned]
     return figures + _probe_figures(run)
 
@@ -135,6 +156,8 @@ def _probe_figures(run: RunHistory) -> list[HistoryFigure]:
             continue
         lines = [each.name for each in names]
         for quantity, label, factor, unit in shown:
+            if run.case.shield is not None and quantity is MOMENTUM:
+                continue  # see `shield_figures`
             title = f"{label} of the bodies" if what == "bodies" else f"{label}: gauges"
             draw = partial(_draw_probes, file, quantity, lines, factor)
             found.append(
@@ -168,6 +191,110 @@ def _draw_probes(
             linewidth=1.2,
         )
     axes.set_ylabel(label)
+
+
+def shield_figures(run: RunHistory) -> list[HistoryFigure]:
+    """Return the figures that tell how the wall of a shield comes to its verdict.
+
+    Parameters
+    ----------
+    run : RunHistory
+
+    Returns
+    -------
+    list of HistoryFigure
+        The momentum of the bodies, the figure that decides, the wall's bulge and
+        crater, as far as there is something to show; none of other cases.
+    """
+    if run.case.shield is None:
+        return []
+    found = []
+    if len(run.probes.get(BODIES_FILE, ())) > 1:
+        caption = f"{_MOMENTUM_CAPTION} {_marks_caption(run)}".strip()
+        title = "Axial momentum by body"
+        found.append(HistoryFigure("momentum", title, caption, _draw_momentum))
+    if len(run.walls) > 1:
+        if damage_ratio(run.case, run.walls[-1]) is not None:
+            title = "Damage of the wall over what it bears"
+            found.append(HistoryFigure("damage", title, _DAMAGE_CAPTION, _draw_damage))
+        title = "Bulge and crater of the wall"
+        found.append(HistoryFigure("bulge", title, _BULGE_CAPTION, _draw_bulge))
+    return found
+
+
+def _draw_momentum(axes: Axes, run: RunHistory) -> None:
+    """Draw the momentum of each body and of all, and mark arrival and rest."""
+    names = [body.name for body in run.case.bodies]
+    rows = run.probes[BODIES_FILE]
+    every = np.sum([rows[column_name(MOMENTUM, name)] for name in names], axis=0)
+    label = f"{MOMENTUM.label} [N s]"
+    _draw_probes(BODIES_FILE, MOMENTUM, names, 1.0, label, axes, run)
+    axes.plot(1e6 * rows["time_s"], every, label="all", color="black", linewidth=0.8)
+    axes.axhline(0.0, color="0.6", linewidth=0.6, zorder=1)
+    _mark_times(axes, run)
+
+
+def _mark_times(axes: Axes, run: RunHistory) -> None:
+    """Mark when the cloud reaches the wall, and from when that is at rest."""
+    rest = run.verdict.rest_time if run.verdict else None
+    for time, style, label in (
+        (_arrival(run), "--", "cloud at the wall"),
+        (rest, ":", "wall at rest"),
+    ):
+        if time is not None:
+            mark: dict[str, Any] = {**_MARK, "linestyle": style}
+            axes.axvline(1e6 * time, label=label, **mark)
+
+
+def _arrival(run: RunHistory) -> float | None:
+    rows = run.probes.get(BODIES_FILE)
+    return None if rows is None else wall_arrival(run.case, rows)
+
+
+def _marks_caption(run: RunHistory) -> str:
+    """Say what the marks of a shield's momentum are, as far as they are there."""
+    arrival, parts = _arrival(run), []
+    if arrival is not None:
+        share = f"{100.0 * ARRIVED:g} % of the projectile's momentum"
+        when = f"{1e6 * arrival:.1f} µs"
+        parts.append(f"Dashed: the cloud is at the wall ({when}), which has {share}.")
+    if run.verdict is not None and run.verdict.rest_time is not None:
+        when = f"{1e6 * run.verdict.rest_time:.1f} µs"
+        parts.append(f"Dotted: from {when} the rear face stays where it is.")
+    elif run.verdict is not None:
+        parts.append("The rear face still moves at the end.")
+    return " ".join(parts)
+
+
+def _draw_damage(axes: Axes, run: RunHistory) -> None:
+    """Draw the figure that decides over its critical value."""
+    ratios = [damage_ratio(run.case, wall) or 0.0 for wall in run.walls]
+    axes.plot(_times(run), ratios, marker="o", markersize=3.0, **_LINE)
+    axes.axhline(1.0, color="0.4", linewidth=0.8, linestyle="--", label="critical")
+    axes.set_ylabel("damage / critical damage")
+    axes.set_ylim(bottom=0.0)
+
+
+def _draw_bulge(axes: Axes, run: RunHistory) -> None:
+    """Draw the bulge of the rear face and the depth of the crater."""
+    for index, (label, name) in enumerate(
+        (("bulge of the rear face", "bulge"), ("depth of the crater", "crater_depth"))
+    ):
+        axes.plot(
+            _times(run),
+            [1e3 * getattr(wall, name) for wall in run.walls],
+            label=label,
+            color=body_colour(index),
+            linewidth=1.2,
+            marker="o",
+            markersize=3.0,
+        )
+    axes.set_ylabel("displacement [mm]")
+    axes.set_ylim(bottom=0.0)
+
+
+def _times(run: RunHistory) -> list[float]:
+    return [1e6 * wall.time for wall in run.walls]
 
 
 def _with_measured(figure: HistoryFigure) -> HistoryFigure:
@@ -318,6 +445,15 @@ _OF_GAUGES = (
     (_GAUGE["E"], "Internal energy", 1e-6, "MJ/kg"),
 )
 # What is drawn of bodies and gauges, in the units of people.
+
+_MOMENTUM_CAPTION = (
+    "What the projectile loses, bumpers, wall and what is thrown back gain."
+)
+_DAMAGE_CAPTION = (
+    "More than 1 fails: tilt of the rear face over the elongation of the alloy, lost "
+    "share of a block over what it can lose, detached mass, hole. Dots: output times."
+)
+_BULGE_CAPTION = "Largest displacements, at the output times."
 
 _GAUGES_CAPTION = "A line ends where there is no matter at the place of its gauge."
 

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from mpisph.case import Case, Plate
 from mpisph.case.contact import time_origin
 from mpisph.case.sections import Exposure
+from mpisph.case.shield import Shield
 from mpisph.case.target import rear_position
 from mpisph.case.times import same_time
 from mpisph.core.particles import FloatArray
@@ -32,6 +33,16 @@ _STRAY = 0.002
 
 _NOT_STRAY = 1.3
 # An outermost particle within this multiple of the robust figure is shown.
+
+_LONE = 0.02
+# Fraction of what moves in a shield that may fall outside.
+
+_BEFORE, _BEHIND = 2.0, 0.35
+# What is shown of a shield before the first bumper, in diameters of the projectile; at
+# most behind the wall, in depths of the shield.
+
+_STIRRED = 0.01
+# Speed over that of the impact from which matter of a shield counts as moving.
 
 
 class View(NamedTuple):
@@ -93,7 +104,8 @@ def choose_view(
     """Choose limits that hold the plate, the cloud and what was measured.
 
     Strays are left to fall outside: the robust measures decide, and where they
-    lie near them the outermost ones.
+    lie near them the outermost ones. Of a shield the limits hold what lies from the
+    first bumper to the wall.
 
     Parameters
     ----------
@@ -110,6 +122,8 @@ def choose_view(
     -------
     View
     """
+    if case.shield is not None and exposure is None:
+        return _shield_view(snapshot, case, case.shield)
     measure = measure or measure_cloud(snapshot, case)
     definition = cloud_definition(case)
     ends, sides = [], []
@@ -163,6 +177,24 @@ def common_view(
         max(view.z_high for view in views),
         max(view.r_high for view in views),
     )
+
+
+def _shield_view(snapshot: Snapshot, case: Case, shield: Shield) -> View:
+    """Hold projectile, bumpers, cloud and wall, and the start of what comes off it.
+
+    What is thrown back, and what flies past the wall, does not widen the view.
+    """
+    a, d = snapshot.arrays, shield.projectile.diameter
+    low, rear = -_BEFORE * d, case.bodies[-1].section.ends[1]
+    behind = a["z"][a["z"] > rear] - rear
+    reach = float(np.quantile(behind, 1.0 - _LONE)) if behind.size else 0.0
+    high = rear + min(max(reach, d), max(_BEHIND * rear, d))
+    moving = np.hypot(a["u_r"], a["u_z"]) > _STIRRED * shield.projectile.velocity
+    moving &= (a["z"] > 0.0) & (a["z"] < high)
+    width = max(body.section.widest for body in case.bodies)
+    radius = float(np.quantile(a["r"][moving], 1.0 - _LONE)) if moving.any() else 0.0
+    radius = max(min(radius, width), 0.3 * (high - low), d)
+    return View(1e3 * low, 1e3 * high, 1.04e3 * radius)
 
 
 def _without_stray(outermost: float, robust: float) -> float:

@@ -11,7 +11,7 @@ from mpisph.materials.model import TABLES, Material
 from mpisph.physics.eos.table import States
 from mpisph.physics.response import KINDS
 
-__all__ = ["card_doubts", "doubtful_constants"]
+__all__ = ["card_doubts", "doubtful_constants", "doubtful_elongation"]
 
 LEAST_SPALL, LARGEST_SPALL = 2e-4, 0.1
 """Spall strength over bulk modulus: ice has 0.002, metals 0.006 to 0.02, and crystals
@@ -19,6 +19,12 @@ without a flaw some 0.1."""
 
 LONGEST_OPENING = 1e-2
 """Of a crack that lets nothing through any more [m]; metals have some 0.1 mm."""
+
+LONGEST_RELAXATION = 1e-6
+"""Time that cracks may take to open [s]; aluminium's is some 10 ns."""
+
+LARGEST_ELONGATION = 1.0
+"""At break; annealed metals have 0.3 to 0.7."""
 
 LEAST_RISE, LARGEST_RISE = 0.2, 30.0
 """Of the shear modulus at a pressure of the bulk modulus; Steinberg's metals have 2
@@ -63,9 +69,27 @@ def card_doubts(card: Material) -> Iterator[str]:
     """Yield what is doubtful about a card: its choices, and the constants it has."""
     for name, text in _doubts_of_choices(card):
         yield f"{card.name}.{name}: {text}"
+    yield from doubtful_elongation(card.name, card.elongation)
     if (linear := card.constants("linear")) is not None:
         tables = {name: own for name in TABLES if (own := card.constants(name))}
         yield from doubtful_constants(card.name, card.rho0, linear.bulk_modulus, tables)
+
+
+def doubtful_elongation(key: str, elongation: float | None) -> Iterator[str]:
+    """Yield what is doubtful about an elongation at break [1], if there is one.
+
+    Parameters
+    ----------
+    key : str
+        Of the material, such as ``"materials.al-6061-t6"``.
+    elongation : float or None
+    """
+    if elongation is not None and elongation > LARGEST_ELONGATION:
+        yield (
+            f"{key}.elongation: at {elongation:g} the metal would be "
+            f"{1.0 + elongation:g} times as long when it breaks; is it in per cent? "
+            f"write {elongation / 100:g}"
+        )
 
 
 def doubtful_constants(
@@ -136,6 +160,12 @@ def _doubts(
                 "spall.crack_energy",
                 f"a crack would carry tension until it is {opening:.2g} m wide; is the "
                 "unit right?",
+            )
+        if spall.relaxation_time > LONGEST_RELAXATION:
+            yield (
+                "spall.relaxation_time",
+                f"for {spall.relaxation_time:.2g} s matter would bear any tension; is "
+                "the unit right?",
             )
     damage = tables.get("johnson-cook-damage")
     if damage and damage.D2 * damage.D3 > 0.0:

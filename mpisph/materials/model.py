@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import Field, create_model, model_validator
 
-from mpisph.inputs.quantities import PROSE, Density, Description, Fraction, Quantity
+from mpisph.inputs.quantities import (
+    PROSE,
+    Density,
+    Description,
+    Elongation,
+    Fraction,
+)
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.eos import is_gas
 from mpisph.physics.eos.linear import Linear
@@ -48,9 +54,6 @@ ELEMENTS = frozenset(
 Composition = Annotated[dict[str, Fraction], PROSE]
 """No motion depends on it, so it is no part of which case it is."""
 
-Elongation = Annotated[float, Field(gt=0, le=1), Quantity(""), PROSE]
-"""No motion depends on it either: a verdict is made of a run that is done."""
-
 _DERIVED = "rho0 c^2"
 
 _LEAST_MODULUS, _LARGEST_MODULUS = 1.0, 1e15
@@ -69,7 +72,7 @@ class _Material(Sourced):
     composition: Composition = Field(default_factory=dict, max_length=20)
     """Elements by their fractions of the mass; radiographs alone need it."""
     elongation: Elongation | None = None
-    """Elongation at break in a tensile test; the verdict on a shield needs it."""
+    """Elongation at break of the tensile test; the verdict on a shield needs it."""
     eos: EquationOfState | None = None
     """Equation of state (R8); the scheme's, if left out."""
     porosity: Porosity | None = None

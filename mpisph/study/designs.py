@@ -75,7 +75,7 @@ def read_designs(path: Path) -> Designs:
     CaseError
         If it cannot be read, with all that is wrong and where.
     """
-    lines = _lines(path)
+    lines = csv_lines(path)
     problems: list[Problem] = []
     first, head = next(lines, (1, []))
     keys, units = [], []
@@ -113,8 +113,17 @@ def _problem(path: Path, line: int, cell: str, expected: str) -> Problem:
     return Problem(expected, file=str(path), line=line, value=f'"{shown}"')
 
 
-def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Return the lines that hold anything, with their numbers, as cells."""
+def csv_lines(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Return the lines of a table that hold anything, with their numbers, as cells.
+
+    Cells are separated by commas, semicolons or tabs, whichever the first line has most
+    of; lines that begin with ``#`` are left out.
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read.
+    """
     try:
         if path.exists() and not path.is_file():
             raise CaseError([Problem("is no file", file=str(path))])

@@ -39,6 +39,10 @@ def source_a_models_constant(data):
     ] = {"a": ANOTHER, "b.c": ANOTHER}
 
 
+def lengthen_at_break(data):
+    data["materials"]["al-6061-t6"]["elongation"] = 0.3
+
+
 def source_an_exposure(data):
     data["measured"]["exposures"][0]["source"] = ANOTHER
 
@@ -54,6 +58,7 @@ def name_the_case(data):
         source_a_constant,
         drop_the_sources,
         source_a_models_constant,
+        lengthen_at_break,
         source_an_exposure,
         name_the_case,
     ],

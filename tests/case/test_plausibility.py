@@ -295,6 +295,7 @@ DEBRIS = {"thermal": "heat-capacity", "failure": "spall"}
             "ductile",
             "breaks nothing",
         ),
+        ({"elongation": 12}, "elongation", "in per cent"),
     ],
 )
 def test_doubtful_materials(changes, key, words):

@@ -1,5 +1,6 @@
 """The commands before a run: materials and init."""
 
+import re
 import tomllib
 
 import pytest
@@ -31,6 +32,7 @@ def test_a_card_is_printed_wholly():
     output = invoke("materials", "al-6061-t6").output
     for text in ("2703 kg/m3", "5240 m/s", "2.9e+08 Pa", "UCRL-MA-106439", "rho0 c^2"):
         assert text in output
+    assert re.search(r"elongation +│ 0.12 +│ Aluminum Association", output)
     numbers = [line for line in output.splitlines() if "heating_share" in line]
     assert "default" in numbers[0]
 

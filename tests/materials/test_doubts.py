@@ -34,6 +34,13 @@ PORES = {"initial_distension": 1.5, "elastic_pressure": 0.0, "solid_pressure": 1
         ({"spall": {"strength": 1.2e6}}, "spall.strength", "1.6e-05 of the bulk"),
         ({"spall": {"strength": 1.2e10}}, "spall.strength", "is the unit right?"),
         ({"spall": {"crack_energy": 1e9}}, "spall.crack_energy", "1.7 m wide"),
+        (
+            {"spall": {"relaxation_time": 0.01}},
+            "spall.relaxation_time",
+            "is the unit right?",
+        ),
+        ({"elongation": 12}, "elongation", "13 times as long when it breaks"),
+        ({"elongation": 12}, "elongation", "write 0.12"),
         ({"steinberg-guinan": {"A": 6.52e-9}}, "steinberg-guinan.A", "484-fold"),
         ({"steinberg-guinan": {"A": 6.52e-13}}, "steinberg-guinan.A", "per Mbar"),
         ({"steinberg-guinan": {"B": 6.16e-3}}, "steinberg-guinan.B", "925 K"),

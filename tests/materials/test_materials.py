@@ -104,6 +104,14 @@ def test_a_composition_is_of_elements_and_makes_a_whole(composition, words):
         Material(rho0=2700.0, composition=composition)
 
 
+def test_an_elongation_is_above_zero():
+    assert Material(rho0=2700.0).elongation is None
+    assert Material(rho0=2700.0, elongation="12 %").elongation == 0.12
+    for value in (0.0, -0.1):
+        with pytest.raises(ValidationError, match="greater than 0"):
+            Material(rho0=2700.0, elongation=value)
+
+
 def test_a_bulk_modulus_that_is_not_given_is_computed():
     raw = {"rho0": 2000.0, "mie-grueneisen": {"c0": 3e3, "slope": 1.5, "gamma0": 2.0}}
     linear = Material.model_validate(raw).constants("linear")

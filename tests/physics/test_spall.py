@@ -18,6 +18,7 @@ from mpisph.physics.failure.spall import (
     LEAST_LENGTH,
     opening_growth,
     opening_strain,
+    relaxed_share,
     untorn_share,
 )
 
@@ -150,6 +151,76 @@ def test_opening_growth_r16_takes_up_the_excess():
     strain = D * 0.1 + ((1.0 - D) * 1e9 + 3e7) / 70e9
     D += dD
     assert 70e9 * (strain - D * 0.1) == approx((1.0 - D) * 1e9, rel=1e-12)
+
+
+TIME = 1e-8
+
+
+def pulled_open(rate, end, steps):
+    """The opening and the tension by the equation of the opening itself.
+
+    Classical Runge-Kutta with steps of its own; the tension between the cracks is that
+    of the linear equation of state.
+    """
+    last = 2.0 * LEAST_LENGTH * STRENGTH / BULK
+
+    def excess(t, o):
+        solid = math.exp(-rate * t) * (1.0 + o * last)
+        return BULK * (1.0 - solid) - (1.0 - o) * STRENGTH
+
+    def speed(t, o):
+        return max(excess(t, o), 0.0) / (BULK * last - STRENGTH) / TIME
+
+    o, dt = 0.0, end / steps
+    for i in range(steps):
+        t = i * dt
+        a = speed(t, o)
+        b = speed(t + 0.5 * dt, o + 0.5 * dt * a)
+        c = speed(t + 0.5 * dt, o + 0.5 * dt * b)
+        o += dt / 6.0 * (a + 2.0 * b + 2.0 * c + speed(t + dt, o + dt * c))
+    return o, (1.0 - o) * STRENGTH + excess(end, o)
+
+
+@pytest.mark.parametrize("rate", [3e5, 1e6])
+def test_an_excess_r16_relaxes_as_its_equation_says(rate):
+    """Of the first order: half the step, half of what is wrong."""
+    begins = STRENGTH / BULK / rate
+    end = begins + 3.0 * TIME
+    opening, tension = pulled_open(rate, end, 20000)
+    off = []
+    for steps in (1000, 2000):
+        p = point(relaxation_time=TIME)
+        found = pull(p, rate, end / steps, steps)
+        assert p.get("opening") == approx(opening, rel=0.02)
+        assert -found[-1, 0] == approx(tension, rel=0.003)
+        off.append(abs(p.get("opening") - opening))
+    assert off[1] == approx(0.5 * off[0], rel=0.2)
+
+
+@pytest.mark.parametrize("dt", [0.1 * TIME, TIME, 3.0 * TIME])
+def test_the_strength_r16_rises_by_the_rate_times_the_time_at_any_step(dt):
+    rate = 1e5
+    p = point(relaxation_time=TIME, crack_energy=5 * RESOLVED)
+    steps = int((STRENGTH / BULK / rate + 20.0 * TIME) / dt)
+    found = pull(p, rate, dt, steps)
+    rise = -found[-1, 0] - (1.0 - found[-2, 1]) * STRENGTH
+    assert 0.0 < found[-1, 1] < 0.1
+    assert rise == approx(BULK * rate * TIME, rel=0.03)
+
+
+def test_a_short_pulse_r16_exceeds_the_strength_and_opens_its_share():
+    excess, dt = 0.1e9, 0.02 * TIME
+    for time, share in ((0.0, 1.0), (TIME, 0.02 / 1.02)):
+        p = point(relaxation_time=time)
+        p.set(rho=2700.0 * (1.0 - (STRENGTH + excess) / BULK))
+        p.respond(dt)
+        last = opening_strain(1.5 * SIZE, STRENGTH, 0.0, BULK)
+        assert p.get("opening") == approx(
+            share * excess / (BULK * last - STRENGTH), rel=1e-6
+        )
+        assert -p.get("P") == approx(STRENGTH + (1.0 - share) * excess, rel=1e-9)
+    assert relaxed_share(0.0, TIME) == 0.0
+    assert relaxed_share(0.0, 0.0) == relaxed_share(dt, 0.0) == 1.0
 
 
 def test_band_r16_is_that_in_which_a_crack_takes_its_energy():

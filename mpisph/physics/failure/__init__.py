@@ -2,10 +2,10 @@
 
 Equations of a model: ``sound_share(x, k, mat)`` returns the share of the shear that
 matter still carries; then the stress is brought back to yield. ``limit_tension(x, k,
-mat, dt)`` returns what is left of the pressure, and the tension that is relieved within
-a time [s] because it exceeds what opens no crack [Pa]. ``damage_growth(x, k, mat,
-excess, dt)`` returns by how much the damage grows by that. For all of them ``x.P`` is
-the pressure of the equation of state.
+mat, dt)`` returns what is left of the pressure after a time [s], and the tension that
+opens cracks meanwhile [Pa]. ``damage_growth(x, k, mat, excess, dt)`` returns by how
+much the damage grows by that. For all of them ``x.P`` is the pressure of the
+equation of state.
 """
 
 from mpisph.physics.models import choose, load_models

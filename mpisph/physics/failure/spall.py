@@ -1,22 +1,24 @@
 """Spall: matter parts where its tension reaches a strength (R16).
 
-A crack then opens, at once or within a relaxation time, and the tension that it lets
-through falls in proportion to its opening, whose share of the last one is its memory.
-Where the crack closes again, matter is relieved elastically.
+A crack then opens, and the tension that it lets through falls in proportion to its
+opening, whose share of the last one is its memory. It opens at once, or in a relaxation
+time, so that a short pulse may exceed the strength. Where the crack closes again,
+matter is relieved elastically.
 
 References
 ----------
 Hillerborg, Modeer, Petersson (1976), Cement and Concrete Research 6, 773: cracks that
 open against a tension. Bazant, Oh (1983), Materials and Structures 16, 155: in a band.
+Tuler, Butcher (1968), Int. J. Fract. Mech. 4, 431: a strength that depends on how long
+the tension lasts.
 """
 
-import math
 from typing import Literal
 
 from numba import njit
 
 from mpisph.core.jit import ENTRY, EXACT
-from mpisph.inputs.quantities import CrackEnergy, PositivePressure, RelaxationTime
+from mpisph.inputs.quantities import CrackEnergy, NonNegativeTime, PositivePressure
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.cracks import (
     BAND,
@@ -47,8 +49,8 @@ class Spall(Sourced):
     """Which tension: minus the pressure, or the largest principal stress."""
     crack_energy: CrackEnergy = 0.0
     """Energy that an area of crack takes; at least what the spacing resolves."""
-    relaxation_time: RelaxationTime = 0.0
-    """Time in which a tension above the strength opens cracks; 0 for at once."""
+    relaxation_time: NonNegativeTime = 0.0
+    """Time in which cracks take up what exceeds the strength; 0: at once."""
 
 
 @njit(**EXACT)
@@ -93,17 +95,19 @@ def opening_growth(excess, last, strength, bulk):
 
 
 @njit(**EXACT)
-def relieved_share(relaxation_time, dt):
-    """Return the share of an excess of tension that is relieved within a step (R16).
+def relaxed_share(dt, relaxation_time):
+    """Return the share of an excess of tension that cracks take up in a time (R16).
 
-    Cracks open at a rate in proportion to the excess, which they lessen.
+    The excess falls by its own share per relaxation time, counted with the excess at
+    the end: so one that grows at a constant rate settles at rate times relaxation time,
+    whatever the step.
 
     Parameters
     ----------
-    relaxation_time, dt : float
+    dt, relaxation_time : float
         [s].
     """
-    return 1.0 - math.exp(-dt / relaxation_time) if relaxation_time > 0.0 else 1.0
+    return dt / (dt + relaxation_time) if relaxation_time > 0.0 else 1.0
 
 
 @njit(**EXACT)
@@ -152,7 +156,7 @@ def _limit_tension(x, k, mat, dt):
     D, opening = x.damage[k], x.opening[k]
     P = _between_cracks(x.P[k], x.rho[k], x.E[k], x.distension[k], opening, x.h[k], mat)
     excess = _excess(P, x.S_rr[k], x.S_zz[k], x.S_rz[k], D, opening, mat.spall)
-    excess *= relieved_share(mat.spall.relaxation_time, dt) if excess > 0.0 else 1.0
+    excess *= relaxed_share(dt, mat.spall.relaxation_time)
     return _limited(P, excess, D, opening), excess
 
 

@@ -1,0 +1,1 @@
+"""Published tests of shields, computed and compared: `mpisph assess`."""
