@@ -140,8 +140,13 @@ def _wall_of(layout: Layout, particles: Mapping[str, npt.NDArray[Any]]) -> _Wall
     shape = layout.z.size, layout.r.size
     mine = particles["body"] == layout.body
     order = np.argsort(particles["id"][mine])
-    fields = (particles[name][mine][order].reshape(shape) for name in _Wall._fields)
-    return _Wall(*fields)
+    fields = {name: particles[name][mine][order] for name in _Wall._fields}
+    # Of a run that breaks down: what has no number is lost.
+    lost = ~np.all([np.isfinite(values) for values in fields.values()], axis=0)
+    if lost.any():
+        fields = {name: np.where(lost, 0.0, values) for name, values in fields.items()}
+        fields["damage"][lost] = BROKEN
+    return _Wall(*(values.reshape(shape) for values in fields.values()))
 
 
 def _main_piece(layout: Layout, wall: _Wall) -> BoolArray:

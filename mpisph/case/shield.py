@@ -405,12 +405,14 @@ def name_materials(data: Mapping[str, Any]) -> Mapping[str, Any]:
 
     A material that is named by its file has got a name of its own.
     """
-    shield = data.get("shield")
-    if _shield_of(data) is None or not isinstance(shield, Mapping):
+    shield, bodies = data.get("shield"), data.get("bodies")
+    if not isinstance(shield, Mapping) or _shield_of(data) is None:
         return data
-    names = [body["material"] for body in data.get("bodies", ())]
-    if len(names) != len(shield["bumpers"]) + 2:
-        return data
+    if not isinstance(bodies, list) or len(bodies) != len(shield["bumpers"]) + 2:
+        return data  # not those of the shield, for which they are refused
+    names = [
+        body.get("material") if isinstance(body, Mapping) else None for body in bodies
+    ]
     first, *bumpers, last = names
     named = {
         **shield,
@@ -433,8 +435,9 @@ def of_shield(findings: Sequence[Finding], data: Mapping[str, Any]) -> list[Find
     data : mapping
         The case, with a table ``shield``.
     """
-    if "bodies" in data:
-        bumpers = len(data["bodies"]) - 2
+    bodies = data.get("bodies")
+    if isinstance(bodies, list | tuple):
+        bumpers = len(bodies) - 2
         named = [f._replace(key=_shield_key(f.key, bumpers)) for f in findings]
         return list({f.key: f for f in named[::-1]}.values())[::-1]
     # The shield itself is to blame for what could not be made of it.

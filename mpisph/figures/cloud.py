@@ -77,7 +77,8 @@ def draw_run(folder: Path, chosen: Sequence[Chosen] = ()) -> list[Path]:
     """Draw every snapshot of a run, all in one view and with the same colours.
 
     The files are ``figures/cloud_<time>us.png``, with the fields instead of ``cloud``
-    where these are chosen. Exposures are drawn in at their nominal times and at those
+    where these are chosen; of a shield without measurements there are none but with
+    fields. Exposures are drawn in at their nominal times and at those
     with the clock offset added.
 
     Parameters
@@ -111,9 +112,11 @@ def draw_run(folder: Path, chosen: Sequence[Chosen] = ()) -> list[Path]:
     view = common_view(paths, case)
     home = folder / FIGURES_FOLDER
     name = "_".join(each.field.name for each in chosen) or "cloud"
-    stamps = _time_stamps([time for _, time in series])
-    figures = [home / f"{name}_{stamp}.png" for stamp in stamps]
-    _draw_series(case, view, chosen, series, figures)
+    figures: list[Path] = []
+    if chosen or case.shield is None or case.measured is not None:
+        stamps = _time_stamps([time for _, time in series])
+        figures = [home / f"{name}_{stamp}.png" for stamp in stamps]
+        _draw_series(case, view, chosen, series, figures)
     if not chosen and (condition := condition_fields(case)):
         figures.append(home / CONDITION_FILE)
         _draw_series(case, view, condition, series[-1:], figures[-1:])

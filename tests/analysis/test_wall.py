@@ -132,3 +132,14 @@ def test_ligament_is_the_least_over_all_ways():
         ways = [w for w in ways if 0 <= w[-1] < 5]
     least = min(sum(sound[i, c] for i, c in enumerate(w)) for w in ways)
     assert ligament(sound) == pytest.approx(least / 4)
+
+
+def test_what_has_no_number_is_lost(layout):
+    particles = wall_particles(layout)
+    first = np.flatnonzero(particles["id"] == layout.first_id)
+    particles["z"][first] = np.nan
+    particles["u_z"][first] = np.inf
+    wall = measure_wall(layout, particles, 1e-6)
+    rows = layout.z.size
+    assert wall.sound_share == pytest.approx(1.0 - 1.0 / rows)
+    assert (wall.hole, wall.velocity, wall.detached) == (0.0, 0.0, 0.0)

@@ -175,24 +175,24 @@ def test_too_few_ranks_are_refused(tmp_path):
 def test_parts_begin_with_their_own_and_help_the_others(tmp_path):
     study = load_study(write_study(tmp_path))
     orders = [
-        [todo.folder.name for todo in _to_do(study, tmp_path, Part(k, 2))]
+        [todo.folder.name for todo in _to_do(study.cases, tmp_path, Part(k, 2))]
         for k in range(2)
     ]
     assert sorted(orders[0]) == sorted(orders[1]) == sorted(c.key for c in study.cases)
     assert set(orders[0][:3]) == set(orders[1][3:])
-    whole = _to_do(study, tmp_path, Part())
+    whole = _to_do(study.cases, tmp_path, Part())
     work = [todo.work for todo in whole]
     assert work == sorted(work, reverse=True)
 
 
 def test_what_has_failed_before_comes_last(tmp_path):
     study = load_study(write_study(tmp_path))
-    first = _to_do(study, tmp_path, Part())[0].folder
+    first = _to_do(study.cases, tmp_path, Part())[0].folder
     first.mkdir(parents=True)
     status = {"state": "failed", "step": 0, "time": 0.0, "end_time": 1.0, "starts": 1}
     status |= {"ranks": 1, "host": "h", "pid": 1, "started": "", "updated": ""}
     (first / "status.json").write_text(json.dumps(status))
-    assert _to_do(study, tmp_path, Part())[-1].folder == first
+    assert _to_do(study.cases, tmp_path, Part())[-1].folder == first
 
 
 def test_the_stop_file_of_a_study_keeps_it_from_beginning(tmp_path):
