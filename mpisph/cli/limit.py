@@ -157,17 +157,33 @@ def _plan(
     return make_plan(CaseSource(path), overrides, find, along, between)
 
 
-def _tests(path: Path | None, plan: "Plan") -> list[Any]:
-    """Return the published tests of the plan's shield."""
+def _tests(path: Path | None, plan: "Plan") -> list[Any] | None:
+    """Return the published tests of the plan's shield; None without a file."""
     if path is None:
-        return []
+        return None
     from mpisph.study.assess.published import read_tests
     from mpisph.study.limit.figure import alike
 
     return alike(plan, read_tests(path))
 
 
-def _finish(plan: "Plan", found: "Search", tests: list[Any], folder: Path) -> None:
+def _remarks(plan: "Plan", tests: list[Any] | None) -> list[str]:
+    """Return what is to be said of the equation and of the published tests."""
+    from mpisph.study.limit.figure import ALIKE
+    from mpisph.study.limit.plan import no_equation
+
+    lines = []
+    if why := no_equation(plan):
+        lines.append(f"Christiansen's equation is left out: {why}.")
+    if tests is not None:
+        number = counted(len(tests), "published test")
+        lines.append(f"{number} of this shield, alike within {ALIKE:.0%}.")
+    return lines
+
+
+def _finish(
+    plan: "Plan", found: "Search", tests: list[Any] | None, folder: Path
+) -> None:
     """Write tables and figure; say what was found; on rank 0."""
     from mpisph.study.limit.figure import FIGURE_FILE, draw_limits
     from mpisph.study.limit.outcome import (
@@ -185,9 +201,11 @@ def _finish(plan: "Plan", found: "Search", tests: list[Any], folder: Path) -> No
     write_rows(folder / TRIES_FILE, tries)
     files = [folder / LIMIT_FILE, folder / TRIES_FILE]
     if found.runs():
-        draw_limits(plan, listed, tests, folder / FIGURE_FILE)
+        draw_limits(plan, listed, tests or [], folder / FIGURE_FILE)
         files.append(folder / FIGURE_FILE)
     open_console(stderr=False).print(limit_table(plan, listed))
+    for line in _remarks(plan, tests):
+        click.echo(line)
     click.echo(
         f"{counted(found.runs(), 'run')}; {counted(found.left, 'run')} left\n"
         + "\n".join(map(str, files))

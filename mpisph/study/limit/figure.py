@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from mpisph.analysis.ballistic import (
     BALLISTIC_VELOCITY,
     HYPERVELOCITY,
+    Whipple,
     critical_diameter,
 )
 from mpisph.case.shield import Shield
@@ -32,6 +33,13 @@ ALIKE = 0.05
 _HELD, _FAILED, _OPEN = "#0072B2", "#D55E00", "0.5"
 _MARGIN = 1.12
 _REGIMES = ("whole", "shatters", "melts")
+_REGIME: dict[str, Any] = {"fontsize": 8.0, "color": "0.45"}
+_CURVE: dict[str, Any] = {
+    "color": "0.35",
+    "linewidth": 1.1,
+    "linestyle": (0, (5, 2)),
+    "label": "Christiansen’s equation",
+}
 
 
 def draw_limits(
@@ -190,39 +198,66 @@ def _lay_out(axes: Axes, plan: Plan) -> None:
 
 
 def _draw_equation(axes: Axes, plan: Plan, found: Sequence[Limit]) -> None:
-    """Draw Christiansen's curve, with its regimes where velocity is the axis."""
-    wall, along = whipple(plan.case), plan.along
-    if wall is None or along is None:
+    """Draw Christiansen's curve, with its regimes where velocity is an axis."""
+    wall = whipple(plan.case)
+    names = plan.find.name, plan.along.name if plan.along else ""
+    if wall is None:
         return
-    if along.name == "velocity" and plan.find.name == "diameter":
-        low, high = axes.get_xlim()
-        v = np.linspace(max(low, 0.05), high, 400)
-        d = critical_diameter(wall, v * along.scale) / plan.find.scale
-        axes.plot(v, d, color="0.35", linewidth=1.1, linestyle=(0, (5, 2)),
-                  label="Christiansen’s equation")  # fmt: skip
-        axes.set_xlim(low, high)
-        top = max(axes.get_ylim()[1], _MARGIN * float(d.max()))
-        axes.set_ylim(axes.get_ylim()[0], top)
-        _mark_regimes(axes, low, high, along.scale)
+    if set(names) == {"diameter", "velocity"}:
+        _draw_diameters(axes, plan, wall)
         return
-    known = [x for x in found if x.equation is not None and x.at is not None]
-    if known:
-        order = sorted(known, key=lambda x: x.at or 0.0)
-        axes.plot([_place(plan, x.at) for x in order],
-                  [(x.equation or 0.0) / plan.find.scale for x in order],
-                  color="0.35", linewidth=1.1, linestyle=(0, (5, 2)),
-                  label="Christiansen’s equation")  # fmt: skip
+    known = [x for x in found if x.equation is not None]
+    if not known:
+        return
+    y = [(x.equation or 0.0) / plan.find.scale for x in known]
+    if plan.along is None:
+        axes.axhline(y[0], **_CURVE)
+        return
+    x = [_place(plan, limit.at) for limit in known]
+    order = np.argsort(x)
+    axes.plot(np.array(x)[order], np.array(y)[order], **_CURVE)
+    if plan.along.name == "velocity":
+        _mark_regimes(axes, plan.along.scale, along_x=True)
 
 
-def _mark_regimes(axes: Axes, low: float, high: float, scale: float) -> None:
+def _draw_diameters(axes: Axes, plan: Plan, wall: Whipple) -> None:
+    """Draw the largest diameter that holds, over velocity or the other way round."""
+    assert plan.along is not None, "of two axes"
+    on_x = plan.along.name == "velocity"
+    scale = (plan.along if on_x else plan.find).scale
+    low, high = axes.get_xlim() if on_x else axes.get_ylim()
+    v = np.linspace(max(low, 0.05), high, 400)
+    d = critical_diameter(wall, v * scale)
+    d /= (plan.find if on_x else plan.along).scale
+    left, right = axes.get_xlim()
+    bottom, top = axes.get_ylim()
+    axes.plot(*((v, d) if on_x else (d, v)), **_CURVE)
+    axes.set_xlim(left, right)
+    if on_x:
+        inside = d[v > left + 0.04 * (right - left)]
+        top = max(top, _MARGIN * float(inside.max()))
+        bottom = min(bottom, float(inside.min()) / _MARGIN)
+    axes.set_ylim(bottom, top)
+    _mark_regimes(axes, scale, along_x=on_x)
+
+
+def _mark_regimes(axes: Axes, scale: float, *, along_x: bool) -> None:
     """Divide the velocities by what becomes of the projectile."""
+    low, high = axes.get_xlim() if along_x else axes.get_ylim()
     edges = [low, BALLISTIC_VELOCITY / scale, HYPERVELOCITY / scale, high]
     for edge in edges[1:3]:
         if low < edge < high:
-            axes.axvline(edge, color="0.75", linewidth=0.8, zorder=0)
+            (axes.axvline if along_x else axes.axhline)(
+                edge, color="0.75", linewidth=0.8, zorder=0
+            )
     for word, begin, end in zip(_REGIMES, edges, edges[1:], strict=False):
         begin, end = max(begin, low), min(end, high)
-        if end - begin > 0.08 * (high - low):
-            axes.text(0.5 * (begin + end), 0.985, word, ha="center", va="top",
-                      transform=axes.get_xaxis_transform(), fontsize=8.0,
-                      color="0.45")  # fmt: skip
+        if end - begin < 0.08 * (high - low):
+            continue
+        middle = 0.5 * (begin + end)
+        if along_x:
+            axes.text(middle, 0.985, word, ha="center", va="top",
+                      transform=axes.get_xaxis_transform(), **_REGIME)  # fmt: skip
+        else:
+            axes.text(0.99, middle, word, ha="right", va="center",
+                      transform=axes.get_yaxis_transform(), **_REGIME)  # fmt: skip

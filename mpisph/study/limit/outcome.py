@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,8 +11,8 @@ from rich.table import Table
 
 from mpisph.io.verdict import FAILED
 from mpisph.study.limit.plan import Plan, equation_limit
-from mpisph.study.limit.run import Judged, Search
-from mpisph.study.limit.search import bracket, severity, value_of
+from mpisph.study.limit.run import Judged, Refused, Search
+from mpisph.study.limit.search import Bracket, bracket, severity, value_of
 from mpisph.study.table import Row
 
 __all__ = ["LIMIT_FILE", "TRIES_FILE", "Limit", "limit_rows", "limit_table", "limits"]
@@ -37,6 +38,9 @@ class Limit(NamedTuple):
     equation : float or None
         By Christiansen's equation.
     tries : list of Judged
+    refused : str
+        Which value next to what was tried cannot be, and why; empty where that does
+        not matter.
     """
 
     at: float | None
@@ -46,6 +50,7 @@ class Limit(NamedTuple):
     holds_beyond: tuple[float, ...]
     equation: float | None
     tries: list[Judged]
+    refused: str = ""
 
     @property
     def middle(self) -> float | None:
@@ -58,15 +63,18 @@ class Limit(NamedTuple):
         """Return what has to be said of it; empty for a plain limit."""
         if not self.tries:
             return "not run"
+        said = []
         if self.holds is None and self.fails is None:
-            return "nothing is decided"
-        if self.holds is None:
-            return "nothing holds"
-        if self.fails is None:
-            return "nothing fails"
+            said.append("nothing is decided")
+        elif self.holds is None:
+            said.append("nothing holds")
+        elif self.fails is None:
+            said.append("nothing fails")
+        if self.undecided and said != ["nothing is decided"]:
+            said.append("others are undecided" if said else "undecided between")
         if self.holds_beyond:
-            return "holds beyond a failure too"
-        return "undecided between" if self.undecided else ""
+            said.append("holds beyond a failure too")
+        return "; ".join([*said, self.refused] if self.refused else said)
 
 
 def limits(plan: Plan, found: Search) -> list[Limit]:
@@ -77,10 +85,13 @@ def limits(plan: Plan, found: Search) -> list[Limit]:
     plan : Plan
     found : Search
     """
-    return [_limit(plan, k, tries) for k, tries in enumerate(found.tries)]
+    both = zip(found.tries, found.refused, strict=True)
+    return [_limit(plan, k, tries, refused) for k, (tries, refused) in enumerate(both)]
 
 
-def _limit(plan: Plan, point: int, tries: list[Judged]) -> Limit:
+def _limit(
+    plan: Plan, point: int, tries: list[Judged], refused: Sequence[Refused]
+) -> Limit:
     harder = plan.find.harder
     values = {severity(j.trial.value, harder): j.trial.value for j in tries}
     known = bracket({severity(j.trial.value, harder): j.outcome for j in tries})
@@ -92,7 +103,22 @@ def _limit(plan: Plan, point: int, tries: list[Judged]) -> Limit:
         holds_beyond=tuple(value_of(x, harder) for x in known.holds_above),
         equation=equation_limit(plan, point),
         tries=sorted(tries, key=lambda j: j.trial.value),
+        refused="; ".join(
+            f"{r.value / plan.find.scale:g} {plan.find.unit} is refused: {r.reason}"
+            for r in _nearest(known, refused, harder)
+        ),
     )
+
+
+def _nearest(
+    known: Bracket, refused: Sequence[Refused], harder: int
+) -> Sequence[Refused]:
+    """Return, of what is refused, the nearest one where a limit was to be found."""
+    low = -math.inf if known.holds is None else known.holds
+    high = math.inf if known.fails is None else known.fails
+    inside = [r for r in refused if low < severity(r.value, harder) < high]
+    edge = low if known.holds is not None else high
+    return sorted(inside, key=lambda r: abs(severity(r.value, harder) - edge))[:1]
 
 
 def limit_rows(plan: Plan, found: Sequence[Limit]) -> tuple[list[Row], list[Row]]:
@@ -123,7 +149,8 @@ def limit_rows(plan: Plan, found: Sequence[Limit]) -> tuple[list[Row], list[Row]
         }
         undecided = [_scaled(x, find.scale) for x in limit.undecided]
         row["undecided"] = " ".join(f"{x:g}" for x in undecided if x is not None)
-        rows.append(row | {"runs": len(limit.tries), "note": limit.note()})
+        row |= {"runs": len(limit.tries), "verdicts": _counted(limit.tries)}
+        rows.append(row | {"note": limit.note()})
         tries += [
             place
             | {

@@ -26,6 +26,7 @@ __all__ = [
     "first_guess",
     "make_plan",
     "make_try",
+    "no_equation",
     "parse_between",
     "parse_points",
     "whipple",
@@ -239,7 +240,8 @@ def make_plan(
         between,
     )
     for number in range(len(plan.points)):
-        make_try(plan, number, first_guess(plan, number))
+        for value in plan.between or (first_guess(plan, number),):
+            make_try(plan, number, value)
     return plan
 
 
@@ -278,6 +280,21 @@ def whipple(case: Case) -> Whipple | None:
         bumper.thickness, rho[1], bumper.standoff, shield.wall.thickness, strength,
         rho[0],
     )  # fmt: skip
+
+
+def no_equation(plan: Plan) -> str:
+    """Say why Christiansen's equation has no limit for a plan; empty where it has.
+
+    Parameters
+    ----------
+    plan : Plan
+    """
+    shield = plan.case.shield
+    if shield is None or whipple(plan.case) is not None:
+        return ""
+    if len(shield.bumpers) != 1:
+        return f"the shield has {len(shield.bumpers)} bumpers; the equation is for one"
+    return f"it needs a yield strength, and none is listed for {shield.wall.material}"
 
 
 def first_guess(plan: Plan, point: int) -> float:
@@ -344,7 +361,7 @@ def equation_limit(plan: Plan, point: int) -> float | None:
 
 
 def parse_between(text: str, quantity: Quantity) -> tuple[float, float]:
-    """Return the ends of an option such as ``2,6mm`` [SI].
+    """Return the ends of an option such as ``2,6mm``, to four digits [SI].
 
     Raises
     ------
@@ -354,7 +371,8 @@ def parse_between(text: str, quantity: Quantity) -> tuple[float, float]:
     words = [word.strip() for word in text.split(",")]
     if len(words) != 2 or not all(words):
         raise ValueError(f"expected two values, such as 2,6{quantity.unit}")
-    low, high = sorted(parse_value(word, quantity, words[-1]) for word in words)
+    ends = sorted(parse_value(word, quantity, words[-1]) for word in words)
+    low, high = (float(f"{end:.4g}") for end in ends)
     if low == high:
         raise ValueError("expected two different values")
     return low, high

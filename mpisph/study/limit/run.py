@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 from rich.console import Console
 
+from mpisph.core.errors import CaseError
 from mpisph.core.words import counted
 from mpisph.io.result import RESULT_FILE, read_result
+from mpisph.io.run_folder import CASE_FILE
 from mpisph.io.status import FINAL
 from mpisph.io.verdict import Outcome
 from mpisph.parallel.collectives import from_root, on_root
@@ -23,9 +26,9 @@ from mpisph.study.limit.search import (
     value_of,
 )
 from mpisph.study.runner import run_cases
-from mpisph.study.store import case_folder, look_up
+from mpisph.study.store import CASES_FOLDER, case_folder, look_up
 
-__all__ = ["Judged", "Search", "search"]
+__all__ = ["Judged", "Refused", "Search", "search"]
 
 
 class Judged(NamedTuple):
@@ -35,7 +38,7 @@ class Judged(NamedTuple):
     ----------
     trial : Try
     outcome : str
-        The verdict; ``undecided`` where the run failed or the case is not sound.
+        The verdict; ``undecided`` where the run failed.
     damage : float or None
     reason : str
     """
@@ -46,13 +49,22 @@ class Judged(NamedTuple):
     reason: str
 
 
+class Refused(NamedTuple):
+    """A value that is no sound case [SI], and why."""
+
+    value: float
+    reason: str
+
+
 class Search(NamedTuple):
     """How far a search has come.
 
     Attributes
     ----------
     tries : tuple of list of Judged
-        Of each point, in the order in which they were made.
+        Of each point.
+    refused : tuple of list of Refused
+        Of each point.
     left : int
         Tries that are to be made next.
     stopped : bool
@@ -60,6 +72,7 @@ class Search(NamedTuple):
     """
 
     tries: tuple[list[Judged], ...]
+    refused: tuple[list[Refused], ...]
     left: int
     stopped: bool
 
@@ -81,8 +94,9 @@ def search(
 ) -> Search:
     """Make tries until each point's limit lies within the tolerance; collective.
 
-    Runs lie in ``cases/<key>`` below the root. One that has ended is not repeated, so a
-    search goes on where it was stopped.
+    Runs lie in ``cases/<key>`` below the root. All that have ended there count, whoever
+    made them, so that a search goes on where it was stopped, on any number of ranks.
+    Those that failed are run again.
 
     Parameters
     ----------
@@ -100,64 +114,130 @@ def search(
     signals = signals or SignalHandler()
     on_root(comm, lambda: root.mkdir(parents=True, exist_ok=True))
     groups = max(comm.size // ranks_per_case, 1)
-    made: tuple[list[Judged], ...] = tuple([] for _ in plan.points)
+    made = from_root(comm, lambda: _known(plan, root, with_failed=collect_only))
+    refused: tuple[list[Refused], ...] = tuple([] for _ in plan.points)
     while True:
-        tries = _next_tries(plan, made, tolerance, groups)
+        tries, refused = from_root(
+            comm,
+            lambda: _next_tries(plan, made, refused, tolerance, groups),  # noqa: B023
+        )
+        if not tries or collect_only:
+            return Search(made, refused, len(tries), stopped=False)
+        if comm.rank == 0:
+            points = len({trial.point for trial in tries})
+            said = f"{counted(len(tries), 'run')} for {counted(points, 'point')}"
+            console.print(said, highlight=False, markup=False)
+        stopped = run_cases(
+            tries, comm, root, console, root,
+            ranks_per_case=ranks_per_case, signals=signals,
+        )  # fmt: skip
         ended = from_root(comm, lambda: [_judged(t, root) for t in tries])  # noqa: B023
         for found in filter(None, ended):
             made[found.trial.point].append(found)
-        open_ = [t for t, found in zip(tries, ended, strict=True) if found is None]
-        if not tries or (collect_only and open_):
-            return Search(made, len(open_), stopped=False)
-        if not open_:
-            continue
-        said = f"{counted(len(open_), 'run')} for {counted(len(plan.points), 'point')}"
-        if comm.rank == 0:
-            console.print(said, highlight=False, markup=False)
-        stopped = run_cases(
-            open_, comm, root, console, root,
-            ranks_per_case=ranks_per_case, signals=signals,
-        )  # fmt: skip
-        left = from_root(comm, lambda: _not_ended(open_, root))  # noqa: B023
+        left = ended.count(None)
         if stopped or left:
-            ended = from_root(comm, lambda: [_judged(t, root) for t in open_])  # noqa: B023
-            for found in filter(None, ended):
-                made[found.trial.point].append(found)
-            return Search(made, left, stopped)
+            return Search(made, refused, left, stopped)
+
+
+def _known(plan: Plan, root: Path, *, with_failed: bool) -> tuple[list[Judged], ...]:
+    """Return the tries of each point that have ended already."""
+    made: tuple[list[Judged], ...] = tuple([] for _ in plan.points)
+    for path in sorted((root / CASES_FOLDER).glob(f"*/{CASE_FILE}")):
+        table = _toml(path)
+        value = _number(table, plan.find.key)
+        if value is None:
+            continue
+        for point, place in enumerate(plan.points):
+            at = None if plan.along is None else _number(table, plan.along.key)
+            if at is not None and not math.isclose(at, place.at or 0.0):
+                continue
+            trial = _try_of(plan, point, value)
+            # The key tells whether all else is the same.
+            if isinstance(trial, Refused) or trial.key != path.parent.name:
+                continue
+            judged = _judged(trial, root)
+            if judged and (with_failed or look_up(path.parent).standing in FINAL):
+                made[point].append(judged)
+    return made
+
+
+def _toml(path: Path) -> Any:
+    """Return what a TOML file holds; nothing where a killed run has left half of it."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError):
+        return {}
+
+
+def _number(table: Any, key: str) -> float | None:
+    """Return the number at a key such as ``shield.bumpers.0.standoff``, if any."""
+    for word in key.split("."):
+        try:
+            table = table[int(word) if word.isdigit() else word]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return float(table) if isinstance(table, (int, float)) else None
 
 
 def _next_tries(
-    plan: Plan, made: Sequence[list[Judged]], tolerance: float, groups: int
-) -> list[Try]:
-    """Return the tries to make next, of all points; several where ranks are free."""
-    width, harder = math.log1p(tolerance), plan.find.harder
-    wanted = [_severities(plan, k, made[k], width, 1) for k in range(len(made))]
+    plan: Plan,
+    made: Sequence[list[Judged]],
+    refused: Sequence[list[Refused]],
+    tolerance: float,
+    groups: int,
+) -> tuple[list[Try], tuple[list[Refused], ...]]:
+    """Return the tries to make next, of all points, and what cannot be tried.
+
+    Where ranks are free, a point has several.
+    """
+    width = math.log1p(tolerance)
+    known = tuple(map(list, refused))
+
+    def of_all(count: int) -> list[list[Try]]:
+        return [
+            _tries_of(plan, point, made[point], known[point], width, count)
+            for point in range(len(made))
+        ]
+
+    wanted = of_all(1)
     waiting = sum(map(bool, wanted))
-    if waiting and groups > waiting:
-        each = groups // waiting
-        wanted = [_severities(plan, k, made[k], width, each) for k in range(len(made))]
-    tries = []
-    for point, severities in enumerate(wanted):
-        for at in severities:
-            tries.append(make_try(plan, point, value_of(at, harder)))
-    return tries
+    if waiting and groups >= 2 * waiting:
+        wanted = of_all(groups // waiting)
+    return [trial for tries in wanted for trial in tries], known
 
 
-def _severities(
-    plan: Plan, point: int, made: Sequence[Judged], width: float, count: int
-) -> list[float]:
-    """Return the severities to try next at a point."""
+def _tries_of(
+    plan: Plan,
+    point: int,
+    made: Sequence[Judged],
+    refused: list[Refused],
+    width: float,
+    count: int,
+) -> list[Try]:
+    """Return the tries to make next at a point; take down what is refused."""
     harder = plan.find.harder
     trials = {severity(j.trial.value, harder): j.outcome for j in made}
-    if plan.between is not None and len(trials) < len(plan.between):
-        ends = [severity(value, harder) for value in plan.between]
-        return [at for at in ends if at not in trials]
     guess = severity(first_guess(plan, point), harder)
-    return next_severities(trials, guess, width, count)
+    ends = [severity(value, harder) for value in plan.between or ()]
+    while True:
+        wanted = [at for at in ends if at not in trials] or next_severities(
+            trials, guess, width, count, [severity(r.value, harder) for r in refused]
+        )
+        values = dict.fromkeys(value_of(at, harder) for at in wanted)
+        found = [_try_of(plan, point, value) for value in values]
+        refused += [f for f in found if isinstance(f, Refused)]
+        tries = [f for f in found if isinstance(f, Try)]
+        if tries or not wanted:
+            return tries
 
 
-def _not_ended(tries: Sequence[Try], root: Path) -> int:
-    return sum(_judged(t, root) is None for t in tries)
+def _try_of(plan: Plan, point: int, value: float) -> Try | Refused:
+    """Return a try, or why its value cannot be tried."""
+    try:
+        return make_try(plan, point, value)
+    except CaseError as error:
+        problem = error.problems[0]
+        return Refused(value, f"{problem.key}: {problem.expected}")
 
 
 def _judged(trial: Try, root: Path) -> Judged | None:

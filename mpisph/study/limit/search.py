@@ -7,13 +7,14 @@ is harder to stop, so that one search serves diameters, velocities and thickness
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from mpisph.io.verdict import FAILED, Outcome
 
 __all__ = [
     "MOST_TRIALS",
+    "REACH",
     "Bracket",
     "bracket",
     "next_severities",
@@ -25,7 +26,11 @@ MOST_TRIALS = 16
 """Runs of one point, at most."""
 
 _WIDEN = math.log(1.25)
-"""First step beyond what was tried, where all of it holds or all fails; it doubles."""
+"""First step beyond what was tried, where all of it holds or all fails; further ones
+are twice the way from the first value."""
+
+REACH = 5.0
+"""Nothing is tried beyond so many times the first value, or below its fraction."""
 
 
 class Bracket(NamedTuple):
@@ -73,7 +78,11 @@ def bracket(trials: Mapping[float, Outcome]) -> Bracket:
 
 
 def next_severities(
-    trials: Mapping[float, Outcome], guess: float, width: float, count: int = 1
+    trials: Mapping[float, Outcome],
+    guess: float,
+    width: float,
+    count: int = 1,
+    refused: Sequence[float] = (),
 ) -> list[float]:
     """Return the severities to try next.
 
@@ -87,48 +96,63 @@ def next_severities(
         Width of the bracket that is wanted.
     count : int, optional
         How many can be tried side by side.
+    refused : sequence of float, optional
+        Severities that cannot be tried.
 
     Returns
     -------
     list of float
-        Empty where the bracket is narrow enough, or nothing more can be found: up to an
-        undecided severity on either side, or after `MOST_TRIALS`.
+        Empty where the bracket is narrow enough, or nothing more can be found: up to
+        what is undecided or refused on either side, at the end of the `REACH`, or after
+        `MOST_TRIALS`.
     """
     count = min(count, MOST_TRIALS - len(trials))
     if count <= 0:
         return []
     if not trials:
-        return [guess]
+        sides = [] if refused else [guess + _WIDEN, guess - _WIDEN]
+        return [guess, *sides][:count]
     found = bracket(trials)
-    if found.holds is None or found.fails is None:
-        return _beyond(trials, found, count)
-    edges = [found.holds, *found.undecided, found.fails]
+    low, high = found.holds, found.fails
+    if low is None or high is None:
+        return _beyond(sorted(trials), found, guess, width, refused)[:count]
+    closed = [*found.undecided, *(x for x in refused if low < x < high)]
+    edges = [low, *sorted(closed), high]
     if len(edges) == 2:
         return _between(edges[0], edges[1], width, count)
-    # What is undecided stays: the bracket closes in on it from both sides.
+    # What is undecided or refused stays: the bracket closes in on it from both sides.
     below = _between(edges[0], edges[1], width, 1)
     above = _between(edges[-2], edges[-1], width, 1)
     return (below + above)[:count]
 
 
-def _beyond(trials: Mapping[float, Outcome], found: Bracket, count: int) -> list[float]:
-    """Return severities beyond all that were tried, where one side is missing."""
-    ordered = sorted(trials)
-    step = max(_WIDEN, 2.0 * (ordered[-1] - ordered[0]))
-    low, high = [ordered[0] - step], [ordered[-1] + step]
-    if found.fails is not None:
-        return low
-    if found.holds is not None:
-        return high
-    return (low + high)[:count]
+def _beyond(
+    tried: Sequence[float],
+    found: Bracket,
+    guess: float,
+    width: float,
+    refused: Sequence[float],
+) -> list[float]:
+    """Return severities beyond all that were tried, on the sides that are missing."""
+    places = []
+    for side, is_missing in ((-1, found.holds is None), (1, found.fails is None)):
+        edge = side * max(side * x for x in tried)
+        away = side * (edge - guess)
+        gaps = [max(_WIDEN, 2.0 * away), math.log(REACH) - away]
+        # Half of the way to what is refused.
+        gaps += [0.5 * g for x in refused if (g := side * (x - edge)) > 0.0]
+        gap = min(gaps)
+        if is_missing and gap > 0.5 * width:
+            places.append(edge + side * gap)
+    return places
 
 
 def _between(low: float, high: float, width: float, count: int) -> list[float]:
     """Return places that divide a gap evenly, none where it is narrow enough."""
-    if high - low <= width * (1.0 + 1e-9):
-        return []
-    step = (high - low) / (count + 1)
-    return [low + step * (k + 1) for k in range(count)]
+    parts = math.ceil((high - low) / width - 1e-9)
+    parts = min(parts, count + 1)
+    step = (high - low) / max(parts, 1)
+    return [low + step * k for k in range(1, parts)]
 
 
 def severity(value: float, harder: int) -> float:

@@ -6,6 +6,7 @@ import pytest
 
 from mpisph.study.limit.search import (
     MOST_TRIALS,
+    REACH,
     bracket,
     next_severities,
     severity,
@@ -31,7 +32,7 @@ def limit_at(edge):
     return lambda at: "holds" if at < edge else "perforated"
 
 
-@pytest.mark.parametrize("edge", [-1.9, -0.3, 0.0, 0.01, 0.7, 2.5])
+@pytest.mark.parametrize("edge", [-1.5, -0.3, 0.0, 0.01, 0.7, 1.6])
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_a_sharp_limit_is_bracketed(edge, count):
     trials = found_by(limit_at(edge), count=count)
@@ -69,10 +70,40 @@ def test_what_is_undecided_stays_between_what_is_decided():
 @pytest.mark.parametrize("outcome", ["holds", "perforated", "undecided"])
 def test_where_one_verdict_is_all_there_is_the_search_ends(outcome):
     trials = found_by(lambda _: outcome)
-    assert len(trials) == MOST_TRIALS
+    reach = math.log(REACH)
+    assert max(trials) == (reach if outcome != "perforated" else 0.0)
+    assert min(trials) == (-reach if outcome != "holds" else 0.0)
+    assert len(trials) <= 9
     known = bracket(trials)
     assert (known.holds is None) == (outcome != "holds")
     assert (known.fails is None) == (outcome != "perforated")
+
+
+def test_what_is_refused_is_approached():
+    def judge(_):
+        return "holds"
+
+    trials, refused = {}, []
+    while wanted := next_severities(trials, 0.0, WIDTH, 1, refused):
+        (at,) = wanted
+        if at > 0.5:
+            refused.append(at)
+        else:
+            trials[at] = judge(at)
+    assert 0.5 - WIDTH < max(trials) <= 0.5
+    assert len(refused) <= 6
+
+
+def test_what_is_refused_between_stays_there():
+    trials = {0.0: "holds", 1.0: "perforated"}
+    assert next_severities(trials, 0.0, WIDTH, 2, [0.5]) == [0.25, 0.75]
+    near = {0.48: "holds", 0.52: "perforated"}
+    assert next_severities(near, 0.0, WIDTH, 2, [0.5]) == []
+
+
+def test_no_more_places_than_the_tolerance_needs():
+    trials = {0.0: "holds", 3 * WIDTH: "perforated"}
+    assert next_severities(trials, 0.0, WIDTH, 50) == pytest.approx([WIDTH, 2 * WIDTH])
 
 
 def test_what_holds_beyond_a_failure_is_said():
