@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -21,7 +22,7 @@ from mpisph.figures.style import DPI, STYLE, WIDTH, Out, save
 from mpisph.io.verdict import FAILED
 from mpisph.study.assess.published import PublishedTest
 from mpisph.study.limit.outcome import Limit
-from mpisph.study.limit.plan import Plan, whipple
+from mpisph.study.limit.plan import Plan, equation_at, whipple
 
 __all__ = ["FIGURE_FILE", "alike", "draw_limits", "limit_figure"]
 
@@ -115,7 +116,7 @@ def limit_figure(
     _draw_bars(axes, plan, found)
     _draw_tests(axes, plan, tests)
     _lay_out(axes, plan)
-    _draw_equation(axes, plan, found)
+    _draw_equation(axes, plan)
     figure.suptitle(plan.case.title, fontsize=9.5, wrap=True)
     figure.legend(loc="outside lower center", ncols=3, handletextpad=0.4)
     return figure
@@ -197,7 +198,7 @@ def _lay_out(axes: Axes, plan: Plan) -> None:
     axes.set_ylim(max(low, 0.0), high)
 
 
-def _draw_equation(axes: Axes, plan: Plan, found: Sequence[Limit]) -> None:
+def _draw_equation(axes: Axes, plan: Plan) -> None:
     """Draw Christiansen's curve, with its regimes where velocity is an axis."""
     wall = whipple(plan.case)
     names = plan.find.name, plan.along.name if plan.along else ""
@@ -206,18 +207,20 @@ def _draw_equation(axes: Axes, plan: Plan, found: Sequence[Limit]) -> None:
     if set(names) == {"diameter", "velocity"}:
         _draw_diameters(axes, plan, wall)
         return
-    known = [x for x in found if x.equation is not None]
-    if not known:
+    if plan.find.name == "velocity":
         return
-    y = [(x.equation or 0.0) / plan.find.scale for x in known]
-    if plan.along is None:
-        axes.axhline(y[0], **_CURVE)
-        return
-    x = [_place(plan, limit.at) for limit in known]
-    order = np.argsort(x)
-    axes.plot(np.array(x)[order], np.array(y)[order], **_CURVE)
-    if plan.along.name == "velocity":
+    left, right = axes.get_xlim()
+    x = np.linspace(max(left, 0.02 * right), right, 200)
+    at = [None] if plan.along is None else [v * plan.along.scale for v in x]
+    y = [_scaled(equation_at(plan, value), plan.find.scale) for value in at]
+    axes.plot(x, np.broadcast_to(y, x.shape), **_CURVE)
+    axes.set_xlim(left, right)
+    if plan.along is not None and plan.along.name == "velocity":
         _mark_regimes(axes, plan.along.scale, along_x=True)
+
+
+def _scaled(value: float | None, scale: float) -> float:
+    return math.nan if value is None else value / scale
 
 
 def _draw_diameters(axes: Axes, plan: Plan, wall: Whipple) -> None:

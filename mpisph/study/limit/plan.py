@@ -22,6 +22,7 @@ __all__ = [
     "Point",
     "Quantity",
     "Try",
+    "equation_at",
     "equation_limit",
     "first_guess",
     "make_plan",
@@ -323,6 +324,17 @@ def _own_value(plan: Plan) -> float:
 
 
 def equation_limit(plan: Plan, point: int) -> float | None:
+    """Return the limit at a point by Christiansen's equation; see `equation_at`.
+
+    Parameters
+    ----------
+    plan : Plan
+    point : int
+    """
+    return equation_at(plan, plan.points[point].at)
+
+
+def equation_at(plan: Plan, at: float | None) -> float | None:
     """Return the limit by Christiansen's equation [SI]; None where it has none.
 
     Of velocities there may be several.
@@ -330,7 +342,8 @@ def equation_limit(plan: Plan, point: int) -> float | None:
     Parameters
     ----------
     plan : Plan
-    point : int
+    at : float or None
+        Value along the axis [SI]; None for that of the case.
     """
     wall = whipple(plan.case)
     shield = plan.case.shield
@@ -338,7 +351,6 @@ def equation_limit(plan: Plan, point: int) -> float | None:
         return None
     projectile = shield.projectile
     velocity, diameter = projectile.velocity, projectile.diameter
-    at = plan.points[point].at
     if plan.along is not None and at is not None:
         name = plan.along.name
         velocity = at if name == "velocity" else velocity

@@ -5,6 +5,7 @@ import json
 
 import pytest
 from click.testing import CliRunner
+from launch import MPISPH, launch
 from mpi4py import MPI
 from rich.console import Console
 from shields import shield_case, shield_data
@@ -326,7 +327,7 @@ def test_a_shield_of_two_bumpers_has_no_equation(judged, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_limit_of_two_real_runs(tmp_path):
+def test_a_real_search_stopped_continued_on_two_ranks_and_collected_on_one(tmp_path):
     path = tmp_path / "near.toml"
     near = shield_case(
         projectile={"velocity": "4 km/s"},
@@ -343,8 +344,13 @@ def test_a_limit_of_two_real_runs(tmp_path):
     brief = [*arguments, "--walltime", "1s"]
     first = CliRunner().invoke(cli, brief, obj=SignalHandler())
     assert first.exit_code in {0, 75}, first.output
+    whole = launch(2, MPISPH, *arguments, timeout=300)
+    assert whole.returncode == 0, whole.stderr
+    table = (folder / "limit.csv").read_text()
+    arguments.append("--collect-only")
     result = CliRunner().invoke(cli, arguments, obj=SignalHandler())
     assert result.exit_code == 0, result.output
+    assert (folder / "limit.csv").read_text() == table
     with (folder / "limit.csv").open() as file:
         (row,) = csv.DictReader(file)
     assert 1.6 <= float(row["thickness_fails_mm"]) < float(row["thickness_holds_mm"])
