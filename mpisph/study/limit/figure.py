@@ -213,8 +213,10 @@ def _draw_equation(axes: Axes, plan: Plan) -> None:
     x = np.linspace(max(left, 0.02 * right), right, 200)
     at = [None] if plan.along is None else [v * plan.along.scale for v in x]
     y = [_scaled(equation_at(plan, value), plan.find.scale) for value in at]
+    bottom, top = axes.get_ylim()
     axes.plot(x, np.broadcast_to(y, x.shape), **_CURVE)
     axes.set_xlim(left, right)
+    axes.set_ylim(bottom, max(top, _MARGIN * float(np.nanmax([0.0, *y]))))
     if plan.along is not None and plan.along.name == "velocity":
         _mark_regimes(axes, plan.along.scale, along_x=True)
 
