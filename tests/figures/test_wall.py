@@ -87,7 +87,10 @@ def test_crater_and_bulge_are_marked_where_they_are(run, drawn, tmp_path):
     panels, _ = draw(with_last_wall(run, hole=0.0), drawn, tmp_path)
     wall, (front, rear) = run.result.walls[-1], run.case.bodies[-1].section.ends
     z, r = marks(panels[-1])
-    expected = [1e3 * (front + wall.crater_depth), 1e3 * (rear + wall.bulge)]
+    expected = [
+        1e3 * (front + wall.bulge + wall.crater_depth),
+        1e3 * (rear + wall.bulge),
+    ]
     np.testing.assert_allclose(z, expected)
     assert r == []
 
