@@ -114,12 +114,12 @@ def measure_wall(
     main = _main_piece(layout, wall)
     columns: BoolArray = np.any(main, axis=0)
     front, rear = _faces(layout, wall, main)
-    depth = np.where(columns, front - layout.front, 0.0)
+    bulge = np.where(columns, rear - layout.rear, 0.0)
+    depth = np.where(columns, front - layout.front - bulge, 0.0)
     deepest = max(0.0, float(depth.max(initial=0.0)))
     sound = column_sound(wall.damage, main)
     behind = _come_off(layout, particles, wall, main)
     mass, momentum = _sums(particles, behind)
-    bulge = np.where(columns, rear - layout.rear, 0.0)
     return WallRecord(
         time=time,
         shear=shear(layout, rear, columns),

@@ -227,7 +227,7 @@ def _draw_marks(axes: Axes, layout: Layout, record: WallRecord) -> None:
     else:
         depth = record.crater_depth
         for z, size in (
-            (layout.front + depth, depth),
+            (layout.front + record.bulge + depth, depth),
             (layout.rear + record.bulge, record.bulge),
         ):
             if size > _MOVED * layout.thickness:

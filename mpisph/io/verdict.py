@@ -41,9 +41,9 @@ class WallRecord(_Model):
     bulge: float
     """Largest displacement of the rear face [m]."""
     crater_depth: float
-    """Depth of the crater below the original front face [m]."""
+    """Depth of the crater below the front face, displaced as the rear one is [m]."""
     crater_diameter: float
-    """Diameter of the crater in the original front face [m]."""
+    """Diameter of the crater in that face [m]."""
     velocity: float
     """Largest axial speed of the sound wall, as the mean of a way through it [m/s]."""
 
