@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 _SHOWN = 20
 # Misses that the terminal names.
 
+_LONGEST = 200
+# Letters of a title.
+
 
 @click.command("assess")
 @click.argument(
@@ -101,7 +104,8 @@ def _plan(
     from mpisph.study.assess.published import chosen_tests, read_tests
 
     tests = chosen_tests(read_tests(path), rows)
-    return plan(tests, folder, f"tests of {folder_name(path)}", overrides)
+    title = f"Do the walls hold? Tests in {path.name}"[:_LONGEST]
+    return plan(tests, folder, title, overrides)
 
 
 def _run(

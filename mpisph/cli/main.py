@@ -15,7 +15,7 @@ import click
 from mpi4py import MPI
 
 from mpisph import __version__
-from mpisph.cli import assess, machine, post, prepare, run, study, verify
+from mpisph.cli import assess, limit, machine, post, prepare, run, study, verify
 from mpisph.cli.options import BAD_INPUT
 from mpisph.core.errors import (
     CollectiveError,
@@ -55,6 +55,7 @@ for command in (
     prepare.schema_command,
     study.study_group,
     assess.assess_command,
+    limit.limit_command,
 ):
     cli.add_command(command)
 

@@ -72,7 +72,7 @@ class _Material(Sourced):
     composition: Composition = Field(default_factory=dict, max_length=20)
     """Elements by their fractions of the mass; radiographs alone need it."""
     elongation: Elongation | None = None
-    """Elongation at break of the tensile test; the verdict on a shield needs it."""
+    """At break of the tensile test; the verdict on a shield alone needs it."""
     eos: EquationOfState | None = None
     """Equation of state (R8); the scheme's, if left out."""
     porosity: Porosity | None = None

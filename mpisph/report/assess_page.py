@@ -6,11 +6,12 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from mpisph.case import Case
 from mpisph.core.words import counted
-from mpisph.figures.cloud import FIGURES_FOLDER, draw_cloud
+from mpisph.figures.cloud import FIGURES_FOLDER
+from mpisph.figures.wall import WALL_FILE, draw_wall
 from mpisph.io.files import write_text
 from mpisph.io.snapshot import read_series
+from mpisph.io.stored_run import read_run
 from mpisph.report.page import Figure, Notice, Table, embed, embed_file, render
 from mpisph.report.study_page import MOST_OPEN
 from mpisph.report.study_tables import provenance_table
@@ -36,9 +37,6 @@ PAGE_FILE = "assess.html"
 
 MOST_PICTURES = 24
 """Misses that are shown with a picture, the worst first."""
-
-WALL_PICTURE = "wall.png"
-"""Among the figures of a run: the wall at the end."""
 
 _CAPTION = (
     "A mark for each test: above the line the computed verdict is that the wall fails, "
@@ -68,34 +66,33 @@ def write_page(made: Assessment, tests: Sequence[Assessed], root: Path) -> Path:
     OSError
         If a file cannot be read or written.
     """
-    cases = dict(zip((t.row for t in made.computed), made.study.cases, strict=True))
     wrong = misses(tests)
     pictures = [
         figure
         for item in wrong[:MOST_PICTURES]
-        if (figure := _picture(item, cases[item.test.row].case)) is not None
+        if (figure := _picture(item)) is not None
     ]
     figures = []
     if can_draw(tests):
         picture = embed(partial(draw_scatter, tests))
-        figures = [Figure("Damage against the equation", picture, _CAPTION)]
+        figures = [Figure("Damage of the walls against d/d_c", picture, _CAPTION)]
     files = {
         "study": f"{root / STUDY_FILE}, with a case for each test",
         "table with all figures": str(root / TABLE_FILE),
     }
     html = render(
         "assess.html",
-        title=f"Do the walls hold? {made.study.file.title}",
+        title=made.study.file.title,
         verdict=_verdict(tests),
         notices=list(_notices(tests)),
         shares=_table(shares_sheet(tests)),
-        confusion=_table(confusion_sheet(tests)),
-        sources=_table(sources_sheet(tests)),
+        confusion=_table(confusion_sheet(tests), titled=True),
+        sources=_table(sources_sheet(tests), titled=True),
         figures=figures,
         misses=_table(misses_sheet(tests)),
         pictures=pictures,
         undecided=_table(undecided_sheet(tests)),
-        alloys=_table(stand_in_sheet(tests)),
+        alloys=_table(stand_in_sheet(tests), titled=True),
         provenance=provenance_table([_made_by(t) for t in tests], files),
         settings=_settings(made),
         tests=_table(all_sheet(tests)),
@@ -105,13 +102,14 @@ def write_page(made: Assessment, tests: Sequence[Assessed], root: Path) -> Path:
     return root / PAGE_FILE
 
 
-def _table(sheet: Sheet) -> Table:
+def _table(sheet: Sheet, titled: bool = False) -> Table:
+    """Return a table; those below a heading of their own need no title."""
     return Table(
-        sheet.title,
+        sheet.title if titled else "",
         sheet.heads,
         list(sheet.rows),
         sheet.caption,
-        numbers=True,
+        numbers=len(sheet.words) < len(sheet.heads) - 1,
         words=sheet.words,
     )
 
@@ -147,23 +145,26 @@ def _notices(tests: Sequence[Assessed]) -> Iterator[Notice]:
         if counts[standing]:
             text = f"{counted(counts[standing], 'test')} {words}: see Undecided."
             yield Notice("bad" if standing == "failed" else "info", text)
+    doubtful = sum(bool(test.warnings) for test in tests)
+    if doubtful:
+        text = f"with a warning: see the column warnings of {TABLE_FILE}."
+        yield Notice("info", f"{counted(doubtful, 'test')} {text}")
 
 
-def _picture(item: Assessed, case: Case) -> Figure | None:
-    """Return a picture of the wall at the end of a run, or else of all particles."""
+def _picture(item: Assessed) -> Figure | None:
+    """Return a picture of the wall; None where the run has no snapshots."""
     folder, test = item.folder, item.test
     if folder is None:
         return None
     result = "failed in the test" if test.failed else "held in the test"
     damage = "" if item.damage is None else f", damage {item.damage:.2f}"
     title = f"Row {test.row}, {test.name}: {result}, computed: {item.outcome}{damage}"
-    drawn = folder / FIGURES_FOLDER / WALL_PICTURE
+    drawn = folder / FIGURES_FOLDER / WALL_FILE
     if drawn.exists():
         return Figure(title, embed_file(drawn), item.reason)
-    series = [path for path, _ in read_series(folder) if path.exists()]
-    if not series:
+    if not any(path.exists() for path, _ in read_series(folder)):
         return None
-    return Figure(title, embed(partial(draw_cloud, series[-1], case)), item.reason)
+    return Figure(title, embed(partial(draw_wall, read_run(folder))), item.reason)
 
 
 def _made_by(item: Assessed) -> Row:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from mpi4py import MPI
@@ -85,6 +85,18 @@ class Outcome(NamedTuple):
     stopped: bool
 
 
+class Runnable(Protocol):
+    """A case with its key, such as `StudyCase`."""
+
+    @property
+    def case(self) -> Case:
+        """What is run."""
+
+    @property
+    def key(self) -> str:
+        """See `case_key`."""
+
+
 class _Todo(NamedTuple):
     """A run that is to be made."""
 
@@ -133,27 +145,20 @@ def run_study(
     OSError
         On all ranks, if the folders cannot be made.
     """
-    if ranks_per_case > comm.size:
-        raise MpisphError(
-            f"{ranks_per_case} ranks for each case, but mpirun started {comm.size}"
-        )
     signals = signals or SignalHandler()
     folder = study_folder(root, study)
     on_root(comm, lambda: _keep_copy(study, folder))
     on_root(comm, lambda: keep_keys(study, root))
-    warm_up(comm, sorted({case.case.scheme.pair_form for case in study.cases}))
-    todo = from_root(comm, lambda: _to_do(study, root, part or Part()))
-    groups = comm.size // ranks_per_case
-    colour = min(comm.rank // ranks_per_case, groups - 1)
-    group = MPI.Intracomm(comm.Split(colour))
-    with SharedCounters(comm, N_COUNTERS) as counters:
-        here = counters.here if comm.rank == 0 else np.zeros(N_COUNTERS, np.int64)
-        works = [run.work for run in todo]
-        with StudyProgress(comm, console, here, works, groups):
-            _take_cases(todo, group, counters, signals, folder)
-            comm.Barrier()
-        stopped = bool(counters.add(STOP, 0))
-    group.Free()
+    stopped = run_cases(
+        study.cases,
+        comm,
+        root,
+        console,
+        folder,
+        ranks_per_case=ranks_per_case,
+        part=part,
+        signals=signals,
+    )
     places = from_root(comm, lambda: _distinct(study, look_up_all(root, study.cases)))
     found = counts(places)
     return Outcome(
@@ -164,6 +169,58 @@ def run_study(
         found["stopped"] + found["to do"],
         stopped,
     )
+
+
+def run_cases(
+    cases: Sequence[Runnable],
+    comm: MPI.Intracomm,
+    root: Path,
+    console: Console,
+    stop_folder: Path,
+    *,
+    ranks_per_case: int,
+    signals: SignalHandler,
+    part: Part | None = None,
+) -> bool:
+    """Run those of some cases that have not ended yet; collective.
+
+    Parameters
+    ----------
+    cases : sequence of Runnable
+        On all ranks; those with one key share a run.
+    comm, root, console, ranks_per_case, part, signals
+        See `run_study`.
+    stop_folder : Path
+        A file ``stop`` in it stops them.
+
+    Returns
+    -------
+    bool
+        Whether they were told to stop.
+
+    Raises
+    ------
+    MpisphError, OSError
+        See `run_study`.
+    """
+    if ranks_per_case > comm.size:
+        raise MpisphError(
+            f"{ranks_per_case} ranks for each case, but mpirun started {comm.size}"
+        )
+    warm_up(comm, sorted({case.case.scheme.pair_form for case in cases}))
+    todo = from_root(comm, lambda: _to_do(cases, root, part or Part()))
+    groups = comm.size // ranks_per_case
+    colour = min(comm.rank // ranks_per_case, groups - 1)
+    group = MPI.Intracomm(comm.Split(colour))
+    with SharedCounters(comm, N_COUNTERS) as counters:
+        here = counters.here if comm.rank == 0 else np.zeros(N_COUNTERS, np.int64)
+        works = [run.work for run in todo]
+        with StudyProgress(comm, console, here, works, groups):
+            _take_cases(todo, group, counters, signals, stop_folder)
+            comm.Barrier()
+        stopped = bool(counters.add(STOP, 0))
+    group.Free()
+    return stopped
 
 
 def _keep_copy(study: Study, folder: Path) -> None:
@@ -182,11 +239,11 @@ def _distinct(study: Study, places: Sequence[Place]) -> list[Place]:
     return list(dict(zip(keys, places, strict=True)).values())
 
 
-def _to_do(study: Study, root: Path, part: Part) -> list[_Todo]:
+def _to_do(cases: Sequence[Runnable], root: Path, part: Part) -> list[_Todo]:
     """Return the runs to make: the longest first, those that have failed last."""
     runs: dict[str, tuple[bool, _Todo]] = {}
-    places = look_up_all(root, study.cases)
-    for case, place in zip(study.cases, places, strict=True):
+    places = look_up_all(root, cases)
+    for case, place in zip(cases, places, strict=True):
         if place.standing not in FINAL:
             todo = _Todo(case.case, case_folder(root, case), _work(case.case))
             runs[case.key] = (place.standing == "failed", todo)

@@ -3,6 +3,7 @@ import tomllib
 
 import pytest
 from pydantic import ValidationError
+from shields import shield_case
 
 from mpisph.case import Case, case_from_dict, case_schema
 from mpisph.core.particles import FIELDS
@@ -214,6 +215,11 @@ def test_snapshots_carry_the_fields_of_the_models_in_use(data, models, given):
     assert saved & MODEL_FIELDS == given
     always = {f.name for f in FIELDS if f.saved} - MODEL_FIELDS - {"retired"}
     assert saved - MODEL_FIELDS == always >= {"rho", "E", "P", "plastic_strain"}
+
+
+def test_snapshots_say_what_has_left_the_game_of_a_shield(data):
+    assert "retired" not in case_from_dict(data).saved_fields
+    assert "retired" in shield_case().saved_fields
 
 
 def test_toml_round_trip_is_exact_and_complete(data):

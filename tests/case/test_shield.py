@@ -16,6 +16,7 @@ from mpisph.case.shield import (
     default_end,
     default_npr,
     default_radii,
+    flights_of,
     is_block,
 )
 from mpisph.core.errors import CaseError
@@ -97,6 +98,30 @@ def test_the_end_is_the_clouds_flight_and_the_walls_response():
     thick = shield_case(wall={"thickness": "20 mm"}).shield
     # Of a block three diameters respond.
     assert default_end(thick, rho) == pytest.approx(flight + 8e-6 * 3 * 3.175)
+
+
+def test_matter_leaves_once_it_cannot_come_to_what_stands_behind():
+    """Half of the way past a bumper; a near bumper has four times the way through."""
+    d, v = 3.175e-3, 6500.0
+    bumpers = [
+        {"thickness": "0.787 mm", "standoff": "50.8 mm", "material": "al-6061-t6"},
+        {"thickness": "0.5 mm", "standoff": "6 mm", "material": "al-6061-t6"},
+    ]
+    data = shield_data()
+    data["shield"]["bumpers"] = bumpers
+    sphere, first, second, wall = flights_of(case_from_dict(data).shield)
+    front = 0.787e-3 + 50.8e-3
+    assert first == pytest.approx((front - d, (0.787e-3 + 25.4e-3) / v))
+    behind = front + 0.5e-3 + 6e-3
+    passed = (front + 4.0 * (d + 0.5e-3)) / v
+    assert second == sphere == pytest.approx((behind - d, passed))
+    assert wall == pytest.approx((behind - d, 0.0))
+
+
+def test_when_matter_leaves_depends_on_no_time_that_is_given():
+    case = shield_case()
+    assert case.horizon == pytest.approx(2.0 * case.end_time, rel=0.01)  # rounded up
+    assert shield_case(time={"end": "90 us"}).horizon == case.horizon
 
 
 def test_resolution_goes_with_the_walls_rows():

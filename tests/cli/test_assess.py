@@ -8,7 +8,7 @@ from report_pages import Page
 
 TESTS = CASES / "studies" / "whipple-tests.csv"
 
-# A thin wall behind a thick sphere, at once; and plates nearer than a diameter.
+# A thin wall, a block, and a foil that is too thin for the spacing.
 HEAD = (
     "row,source,shotID,proj_mat,proj_diam [mm],velocity,bumper_mat,bumper_thick [mm],"
     "standoff [mm],wall_mat,wall_thick [mm],result"
@@ -16,7 +16,7 @@ HEAD = (
 ROWS = (
     "1,<b>Report</b>,A,AA2017-T4,2,7,AA6061-T6,0.5,8,AA6061-T6,0.5,P",
     "2,Report,B,AA2017-T4,2,7,AA6061-T6,0.5,8,AA6061-T6,6,NP",
-    "3,Report,C,AA2017-T4,2,7,AA6061-T6,0.5,1,AA6061-T6,0.5,P",
+    "3,Report,C,AA2017-T4,2,7,AA6061-T6,0.01,8,AA6061-T6,0.5,P",
 )
 COARSE = (
     "resolution.npr=4",
@@ -62,7 +62,8 @@ def test_from_a_file_of_tests_to_a_page(folder):
     assert float(first["d_over_dc"]) > 1.0 > float(second["d_over_dc"])
     assert (first["equation"], second["equation"]) == ("P", "NP")
     assert third["verdict"] == "undecided"
-    assert "standoff" in third["reason"]
+    assert "thinner than" in third["reason"]
+    assert "too few to bend" in first["warnings"]
     for row in (first, second):
         assert (folder / "a" / "cases" / row["run"] / "result.json").exists()
         assert float(row["damage"]) >= 0.0

@@ -2,8 +2,8 @@
 
 A crack then opens, and the tension that it lets through falls in proportion to its
 opening, whose share of the last one is its memory. It opens at once, or in a relaxation
-time, so that a short pulse may exceed the strength. Where the crack closes again,
-matter is relieved elastically.
+time, so that a short pulse may exceed the strength. Where it closes again, matter is
+relieved elastically.
 
 References
 ----------

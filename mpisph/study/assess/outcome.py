@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from mpisph.case.plausibility import find_warnings
 from mpisph.core.errors import MpisphError
 from mpisph.io.result import RESULT_FILE, Result, read_result
 from mpisph.io.verdict import FAILED, Outcome, WallRecord
@@ -46,6 +47,8 @@ class Assessed(NamedTuple):
         Wall time of the run [s].
     version, revision : str or None
         Of the program that made the run.
+    warnings : tuple of str
+        What makes the case doubtful, as before any run.
     """
 
     test: PublishedTest
@@ -59,6 +62,7 @@ class Assessed(NamedTuple):
     seconds: float | None = None
     version: str | None = None
     revision: str | None = None
+    warnings: tuple[str, ...] = ()
 
     @property
     def ended(self) -> bool:
@@ -99,7 +103,9 @@ def assess(assessment: Assessment, root: Path) -> list[Assessed]:
     for test in assessment.tests:
         why = assessment.refused.get(test.row)
         if why is None:
-            found.append(_assessed(test, case_folder(root, next(computed))))
+            case = next(computed)
+            item = _assessed(test, case_folder(root, case))
+            found.append(item._replace(warnings=tuple(find_warnings(case.case))))
         else:
             found.append(_without(test, "refused", why, None))
     return found
@@ -184,7 +190,12 @@ def _table_row(item: Assessed) -> Row:
                    in _WALL.items()}  # fmt: skip
     rest = None if item.rest_time is None else 1e6 * item.rest_time
     folder = None if item.folder is None else item.folder.name
-    end = {"wall_rest_us": rest, "wall_s": item.seconds, "run": folder}
+    end = {
+        "wall_rest_us": rest,
+        "wall_s": item.seconds,
+        "run": folder,
+        "warnings": "; ".join(item.warnings) or None,
+    }
     return row | figures | end
 
 

@@ -233,7 +233,7 @@ def _alloys(title: str, listed: Sequence[Alloy]) -> Sheet:
         for alloy in listed
     ]
     heads = ("alloy", "card", "yield [MPa]", "why")
-    return Sheet(title, heads, rows, (1, 3))
+    return Sheet(title, heads, rows, (1, 2, 3))
 
 
 def _percent(share: float) -> str:

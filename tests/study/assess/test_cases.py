@@ -38,14 +38,15 @@ def test_it_is_a_study_like_any_other(tmp_path):
 
 
 def test_what_cannot_be_computed_is_left_out_with_the_reason(tmp_path):
-    near = TESTS[0].shield._replace(standoff=0.5 * TESTS[0].diameter)
-    close = TESTS[0]._replace(row="close", shield=near)
-    made = plan([TESTS[0], close, TESTS[1]], tmp_path, "one of three")
+    foil = TESTS[0].shield._replace(bumper_thickness=1e-6)
+    thin = TESTS[0]._replace(row="thin", shield=foil)
+    made = plan([TESTS[0], thin, TESTS[1]], tmp_path, "one of three")
     assert [test.row for test in made.computed] == [TESTS[0].row, TESTS[1].row]
     assert len(made.study.cases) == 2
-    assert "standoff: expected at least the projectile's" in made.refused["close"]
-    with pytest.raises(CaseError, match=r"none of the tests.*\n.*row close"):
-        plan([close], tmp_path, "none")
+    assert "shield.bumpers.0" in made.refused["thin"]
+    assert "thinner than" in made.refused["thin"]
+    with pytest.raises(CaseError, match=r"none of the tests.*\n.*row thin"):
+        plan([thin], tmp_path, "none")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,1 @@
+"""The ballistic limit of a shield, found by bisection."""
