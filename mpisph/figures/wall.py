@@ -4,6 +4,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -129,18 +130,37 @@ def draw_wall(run: StoredRun, out: Out) -> None:
 def _choose(run: StoredRun) -> list[_Shown]:
     """Return the snapshots that are shown, with what is measured on them."""
     layout = wall_layout(run.case)
-    walls = run.result.walls if run.result else ()
-    if len(walls) != len(run.snapshots):
-        # A run at work, or one of which snapshots have been moved away.
-        read = (only_finite(read_snapshot(path)) for path, _ in run.snapshots)
-        walls = tuple(wall_record(layout, snapshot) for snapshot in read)
+    measured = _measured(run, layout)
     shown = []
-    for number, words in wall_moments(run.case, walls):
-        snapshot = only_finite(read_snapshot(run.snapshots[number][0]))
+    for number, words in wall_moments(run.case, [wall for _, wall in measured]):
+        path, record = measured[number]
+        snapshot = only_finite(read_snapshot(path))
         mine = snapshot.arrays["body"] == layout.body
         parts = (_part(snapshot, mine), _part(snapshot, ~mine))
-        shown.append(_Shown(*parts, walls[number], words))
+        shown.append(_Shown(*parts, record, words))
     return shown
+
+
+def _measured(run: StoredRun, layout: Layout) -> list[tuple[Path, WallRecord]]:
+    """Return the snapshots on which the wall is measured, with that.
+
+    The last one of a run that broke down may hold particles that lie nowhere.
+    """
+    walls = run.result.walls if run.result else ()
+    paths = [path for path, _ in run.snapshots]
+    if len(walls) == len(paths):
+        pairs = list(zip(paths, walls, strict=True))
+    else:
+        # A run at work, or one of which snapshots have been moved away.
+        snapshots = [(path, read_snapshot(path)) for path in paths]
+        pairs = [
+            (path, wall_record(layout, snapshot))
+            for path, snapshot in snapshots
+            if only_finite(snapshot) is snapshot
+        ]
+    return [
+        pair for pair in pairs if np.isfinite(list(pair[1].model_dump().values())).all()
+    ]
 
 
 def _part(snapshot: Snapshot, which: npt.NDArray[np.bool_]) -> Snapshot:

@@ -134,3 +134,20 @@ def test_a_wall_that_cannot_break_shows_its_plastic_strain(run, drawn, tmp_path)
     case = coarse(materials={"al-6061-t6": {"failure": "none", "ductile": "none"}})
     _, bars = draw(run._replace(case=case), drawn, tmp_path)
     assert bars[0].get_ylabel() == "plastic strain"
+
+
+def test_what_lies_nowhere_is_not_shown(run, drawn, tmp_path, monkeypatch):
+    broken = with_last_wall(run, bulge=np.nan)
+    panels, _ = draw(broken, drawn, tmp_path)
+    titles = [axes.get_title("left").splitlines()[0] for axes in panels]
+    assert titles[-1] == "10.0 µs: end"
+
+    def read(path):
+        snapshot = read_snapshot(path)
+        if path == run.snapshots[-1][0]:
+            snapshot.arrays["z"][-1] = np.nan
+        return snapshot
+
+    monkeypatch.setattr("mpisph.figures.wall.read_snapshot", read)
+    panels, _ = draw(run._replace(result=None), drawn, tmp_path)
+    assert panels[-1].get_title("left").startswith("10.0 µs: end")
