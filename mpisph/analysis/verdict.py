@@ -56,20 +56,28 @@ def damage_ratio(case: Case, wall: WallRecord) -> float | None:
     """
     shield = case.shield
     assert shield is not None, "only shields are judged"
-    thickness = shield.wall.thickness
-    if is_block(shield):
-        ratio = (1.0 - wall.ligament) / (1.0 - BLOCK_LIGAMENT)
-    else:
-        elongation = case.materials[shield.wall.material].elongation
-        if elongation is None:
-            return None
-        ratio = wall.shear / elongation
+    ratio = _load(case, wall)
+    if ratio is None:
+        return None
     detached = wall.detached / _grain(case)
     # A mass is compared by the length of a piece of it.
     ratio = max(ratio, detached ** (1.0 / 3.0) if detached > 1.0 else 0.0)
     if wall.hole > 0.0:
-        ratio = max(ratio, 1.0 + wall.hole / thickness)
+        ratio = max(ratio, 1.0 + wall.hole / shield.wall.thickness)
     return ratio
+
+
+def _load(case: Case, wall: WallRecord) -> float | None:
+    """Return what a sheet is tilted, or a block has lost, over what it bears.
+
+    None where the elongation of a sheet's alloy is not known.
+    """
+    shield = case.shield
+    assert shield is not None, "only shields are judged"
+    if is_block(shield):
+        return (1.0 - wall.ligament) / (1.0 - BLOCK_LIGAMENT)
+    elongation = case.materials[shield.wall.material].elongation
+    return None if elongation is None else wall.shear / elongation
 
 
 def judge_wall(case: Case, wall: WallRecord) -> tuple[Outcome, str]:
@@ -83,31 +91,27 @@ def judge_wall(case: Case, wall: WallRecord) -> tuple[Outcome, str]:
     """
     shield = case.shield
     assert shield is not None, "only shields are judged"
-    ratio = damage_ratio(case, wall)
     if wall.hole > 0.0:
         return "perforated", f"there is a hole of {_mm(wall.hole)} in the wall"
-    if ratio is None:
+    load = _load(case, wall)
+    if load is None:
         material = shield.wall.material
         text = f"the elongation at break of {material} is not known"
         return "undecided", f"{text}: give it as materials.{material}.elongation"
     if is_block(shield):
-        critical, kept = BLOCK_LIGAMENT, wall.ligament
-        text = f"{_percent(kept)} of the way through the block is sound"
-        own = (1.0 - kept) / (1.0 - critical)
-        limit = f"{_percent(critical)} hold"
+        text = f"{_percent(wall.ligament)} of the way through the block is sound"
+        limit = f"{_percent(BLOCK_LIGAMENT)} hold"
     else:
         elongation = case.materials[shield.wall.material].elongation
-        assert elongation is not None, "the ratio is known"
-        own = wall.shear / elongation
         text = f"the rear face is tilted by {wall.shear:.3g} along a thickness"
         limit = f"the alloy stretches by {elongation:g}"
-    if own > 1.0 + MARGIN:
+    if load > 1.0 + MARGIN:
         return "perforated", f"{text}, and {limit}"
     if wall.detached > _grain(case):
         mass = f"{1e3 * wall.detached:.3g} g"
         speed = f"{wall.detached_velocity:.3g} m/s"
         return "detached spall", f"{mass} have come off the rear face, at {speed}"
-    if own >= 1.0 - MARGIN:
+    if load >= 1.0 - MARGIN:
         return "undecided", f"{text}, and {limit}: too near to tell"
     return "holds", f"{text}, and {limit}"
 

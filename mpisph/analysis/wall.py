@@ -118,7 +118,7 @@ def measure_wall(
     depth = np.where(columns, front - layout.front - bulge, 0.0)
     deepest = max(0.0, float(depth.max(initial=0.0)))
     sound = column_sound(wall.damage, main)
-    behind = _come_off(layout, particles, wall, main)
+    behind = _come_off(layout, particles, wall, main, rear)
     mass, momentum = _sums(particles, behind)
     return WallRecord(
         time=time,
@@ -275,13 +275,13 @@ def _come_off(
     particles: Mapping[str, npt.NDArray[Any]],
     wall: _Wall,
     main: BoolArray,
+    rear: FloatArray,
 ) -> BoolArray:
     """Return which particles have come off behind what holds together.
 
     Matter of the wall must have moved on from its place behind it: what is crushed may
     still be there.
     """
-    rear = _faces(layout, wall, main)[1]
     r = np.maximum.accumulate(np.where(main, wall.r, 0.0).max(axis=0))
     gap = GAP * layout.spacing
     behind: BoolArray = particles["z"] > np.interp(particles["r"], r, rear) + gap

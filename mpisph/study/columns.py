@@ -9,19 +9,20 @@ CLOCKS = {"nominal": "", "offset": "_offset"}
 SIZES = ("mm", "robust_mm")
 """Endings of the columns of R_b and L_b: outermost particle, and mass quantile."""
 
-WALL_COLUMNS = (
-    "verdict_damage",
-    "wall_shear",
-    "wall_ligament",
-    "wall_sound_share",
-    "wall_hole_mm",
-    "wall_bulge_mm",
-    "wall_crater_mm",
-    "wall_crater_diameter_mm",
-    "wall_detached_g",
-    "wall_detached_m_per_s",
-    "wall_rest_us",
-)
+WALL_FIGURES = {
+    "wall_shear": ("shear", 1.0),
+    "wall_ligament": ("ligament", 1.0),
+    "wall_sound_share": ("sound_share", 1.0),
+    "wall_hole_mm": ("hole", 1e3),
+    "wall_bulge_mm": ("bulge", 1e3),
+    "wall_crater_mm": ("crater_depth", 1e3),
+    "wall_crater_diameter_mm": ("crater_diameter", 1e3),
+    "wall_detached_g": ("detached", 1e3),
+    "wall_detached_m_per_s": ("detached_velocity", 1.0),
+}
+"""Columns of a wall: the field of its record, and the factor from SI."""
+
+WALL_COLUMNS = ("verdict_damage", *WALL_FIGURES, "wall_rest_us")
 """Figures of a shield's wall at the end of a run, beside its verdict."""
 
 _ENDINGS = {

@@ -20,7 +20,14 @@ from mpisph.io.files import write_text
 from mpisph.io.history import HISTORY_FILE, read_history
 from mpisph.io.result import RESULT_FILE, CloudRecord, Comparison, Result, read_result
 from mpisph.io.snapshot import read_series, read_snapshot
-from mpisph.study.columns import CLOCKS, WALL_COLUMNS, column, time_label
+from mpisph.io.verdict import WallRecord
+from mpisph.study.columns import (
+    CLOCKS,
+    WALL_COLUMNS,
+    WALL_FIGURES,
+    column,
+    time_label,
+)
 from mpisph.study.model import Study, StudyCase
 from mpisph.study.store import case_folder, look_up, study_folder
 
@@ -85,7 +92,7 @@ def _run_columns(study: Study, case: Case, folder: Path) -> Row:
     }
     if place.standing not in {"completed", "unstable"}:
         return row
-    result = _result(folder)
+    result = run_result(folder)
     row |= {
         "particles": result.particles,
         "steps": result.step,
@@ -103,7 +110,16 @@ def _run_columns(study: Study, case: Case, folder: Path) -> Row:
     return row
 
 
-def _result(folder: Path) -> Result:
+def run_result(folder: Path) -> Result:
+    """Return the result of a run that has ended.
+
+    Raises
+    ------
+    MpisphError
+        If it cannot be understood.
+    OSError
+        If it cannot be read.
+    """
     path = folder / RESULT_FILE
     try:
         return read_result(path)
@@ -117,23 +133,20 @@ def _verdict_columns(result: Result) -> Row:
     if verdict is None:
         return {}
     row: Row = {"verdict": verdict.outcome, "verdict_reason": verdict.reason}
-    wall = verdict.wall
-    values: list[float | None] = [None] * len(WALL_COLUMNS)
-    if wall is not None:
-        values = [
-            verdict.damage,
-            wall.shear,
-            wall.ligament,
-            wall.sound_share,
-            1e3 * wall.hole,
-            1e3 * wall.bulge,
-            1e3 * wall.crater_depth,
-            1e3 * wall.crater_diameter,
-            1e3 * wall.detached,
-            wall.detached_velocity,
-            _scaled(verdict.rest_time, 1e6),
-        ]
-    return row | dict(zip(WALL_COLUMNS, values, strict=True))
+    if verdict.wall is None:
+        return row | dict.fromkeys(WALL_COLUMNS)
+    figures = wall_columns(verdict.wall, WALL_FIGURES)
+    rest = _scaled(verdict.rest_time, 1e6)
+    return row | {"verdict_damage": verdict.damage, **figures, "wall_rest_us": rest}
+
+
+def wall_columns(
+    wall: WallRecord, figures: Mapping[str, tuple[str, float]]
+) -> dict[str, float]:
+    """Return columns of a wall, given as those of `WALL_FIGURES`."""
+    return {
+        name: factor * getattr(wall, field) for name, (field, factor) in figures.items()
+    }
 
 
 def _measured_columns(result: Result) -> Row:
@@ -300,7 +313,7 @@ def times_rows(study: Study, root: Path) -> list[Row]:
             rows += [
                 {**_case_columns(case), "run": folder.name, "time_us": 1e6 * cloud.time}
                 | _cloud_columns("", cloud)
-                for cloud in _result(folder).clouds
+                for cloud in run_result(folder).clouds
             ]
     return rows
 

@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from mpisph.case.plausibility import find_warnings
-from mpisph.core.errors import MpisphError
-from mpisph.io.result import RESULT_FILE, Result, read_result
 from mpisph.io.verdict import FAILED, Outcome, WallRecord
 from mpisph.study.assess.cases import Assessment
 from mpisph.study.assess.published import PublishedTest
+from mpisph.study.columns import WALL_FIGURES
 from mpisph.study.store import Standing, case_folder, look_up
-from mpisph.study.table import Row
+from mpisph.study.table import Row, run_result, wall_columns
 
 __all__ = ["TABLE_FILE", "Assessed", "assess", "table_rows"]
 
@@ -121,7 +120,7 @@ def _assessed(test: PublishedTest, folder: Path) -> Assessed:
     place = look_up(folder)
     if place.standing not in {"completed", "unstable"}:
         return _without(test, place.standing, place.reason, folder)
-    result = _result(folder)
+    result = run_result(folder)
     verdict = result.verdict
     if verdict is None:
         return _without(test, place.standing, "the run has no verdict", folder)
@@ -139,14 +138,6 @@ def _assessed(test: PublishedTest, folder: Path) -> Assessed:
         revision=result.revision,
         folder=folder,
     )
-
-
-def _result(folder: Path) -> Result:
-    path = folder / RESULT_FILE
-    try:
-        return read_result(path)
-    except ValueError as error:
-        raise MpisphError(f"{path}: not a result") from error
 
 
 def table_rows(tests: Sequence[Assessed]) -> list[Row]:
@@ -186,8 +177,7 @@ def _table_row(item: Assessed) -> Row:
     }
     figures: Row = dict.fromkeys(_WALL)
     if wall is not None:
-        figures = {name: factor * getattr(wall, field) for name, (field, factor)
-                   in _WALL.items()}  # fmt: skip
+        figures = {**wall_columns(wall, _WALL)}
     rest = None if item.rest_time is None else 1e6 * item.rest_time
     folder = None if item.folder is None else item.folder.name
     end = {
@@ -200,15 +190,7 @@ def _table_row(item: Assessed) -> Row:
 
 
 _WALL = {
-    "wall_shear": ("shear", 1.0),
-    "wall_ligament": ("ligament", 1.0),
-    "wall_sound_share": ("sound_share", 1.0),
-    "wall_hole_mm": ("hole", 1e3),
-    "wall_bulge_mm": ("bulge", 1e3),
-    "wall_crater_mm": ("crater_depth", 1e3),
-    "wall_crater_diameter_mm": ("crater_diameter", 1e3),
-    "wall_detached_g": ("detached", 1e3),
-    "wall_detached_m_per_s": ("detached_velocity", 1.0),
+    **WALL_FIGURES,
     "wall_detached_kg_m_per_s": ("detached_momentum", 1.0),
     "wall_velocity_m_per_s": ("velocity", 1.0),
     "wall_time_us": ("time", 1e6),

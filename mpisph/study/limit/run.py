@@ -13,7 +13,6 @@ from rich.console import Console
 
 from mpisph.core.errors import CaseError
 from mpisph.core.words import counted
-from mpisph.io.result import RESULT_FILE, read_result
 from mpisph.io.run_folder import CASE_FILE
 from mpisph.io.status import FINAL
 from mpisph.io.verdict import Outcome
@@ -27,6 +26,7 @@ from mpisph.study.limit.search import (
 )
 from mpisph.study.runner import run_cases
 from mpisph.study.store import CASES_FOLDER, case_folder, look_up
+from mpisph.study.table import run_result
 
 __all__ = ["Judged", "Refused", "Search", "search"]
 
@@ -248,7 +248,7 @@ def _judged(trial: Try, root: Path) -> Judged | None:
         return Judged(trial, "undecided", None, f"the run failed: {place.reason}")
     if place.standing not in FINAL:
         return None
-    verdict = read_result(folder / RESULT_FILE).verdict
+    verdict = run_result(folder).verdict
     if verdict is None:
         return Judged(trial, "undecided", None, "the run has no verdict")
     return Judged(trial, verdict.outcome, verdict.damage, verdict.reason)
