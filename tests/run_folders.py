@@ -34,10 +34,11 @@ def differences(folder, reference):
 
 def assert_same(folder, reference):
     """Check that two runs have computed the same, and left the same files."""
-    assert differences(folder, reference) == []
+    found = differences(folder, reference)
+    assert not found, found
     assert len(outcome(reference)["snapshots"]) > 2
-    left = {path.name for path in folder.rglob("*")}
-    assert left == {path.name for path in reference.rglob("*")}
+    left, there = ({path.name for path in f.rglob("*")} for f in (folder, reference))
+    assert left == there, left ^ there
 
 
 def slow_steps(folder, seconds=0.025):

@@ -37,6 +37,9 @@ CASE_FILE = "case.toml"
 KEYS_FILE = "keys.json"
 """In the folder of a study, which may be taken for that of a run."""
 
+WHOLE_RUN_FIGURES = ("condition", "shield", "wall", "momentum", "damage", "bulge")
+"""Names of the figures of a run that bear no time."""
+
 SHOWN_DIFFERENCES = 5
 """How many differences between two cases are named."""
 
@@ -245,7 +248,7 @@ def remove_run(folder: Path) -> None:
     stale = [
         *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*"),
         *(folder / "figures").glob("*_[0-9]*us.png"),
-        folder / "figures" / "condition.png",
+        *(folder / "figures" / f"{name}.png" for name in WHOLE_RUN_FIGURES),
         folder / SERIES_FILE,
         folder / RESULT_FILE,
         folder / BODIES_FILE,
@@ -270,8 +273,9 @@ def remove_parts(folder: Path) -> None:
     )
     parts = [
         *(path for name in names for path in folder.glob(f"{name}.*.part")),
-        *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*.part"),
-        *(folder / CHECKPOINTS_FOLDER).glob("checkpoint_*.part"),
+        # Open MPI keeps a lock beside a file that all ranks have open.
+        *(folder / SNAPSHOTS_FOLDER).glob("snapshot_*.part*"),
+        *(folder / CHECKPOINTS_FOLDER).glob("checkpoint_*.part*"),
     ]
     for path in parts:
         path.unlink(missing_ok=True)

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from mpisph.figures.cloud import draw_run
 from mpisph.figures.shield import choose_grid, draw_shield
 from mpisph.figures.view import View, choose_view
+from mpisph.io.run_folder import WHOLE_RUN_FIGURES
 from mpisph.io.snapshot import read_snapshot
 from mpisph.io.stored_run import read_run
 
@@ -103,8 +104,5 @@ def test_panels_are_arranged_to_be_large(aspect, columns):
 
 def test_the_figures_of_a_shield_are_drawn_with_those_of_the_run(judged, drawn):
     names = [path.name for path in draw_run(judged)]
-    assert names == [
-        "condition.png", "shield.png", "wall.png", "momentum.png", "damage.png",
-        "bulge.png",
-    ]  # fmt: skip
+    assert names == [f"{name}.png" for name in WHOLE_RUN_FIGURES]
     assert len(drawn) == len(names)

@@ -144,11 +144,13 @@ def test_leftovers_of_a_kill_are_removed(tmp_path):
     run(short_case(), MPI.COMM_SELF, tmp_path, signals=StopAt(9))
     theirs = tmp_path / "film.iso.part"
     names = ("status.json.host-1-2.part", "snapshots/snapshot_00077.part",
-             "checkpoints/checkpoint_000000007.part")  # fmt: skip
+             "snapshots/snapshot_00077.part-1775501313-1326.lock",
+             "checkpoints/checkpoint_000000007.part",
+             "checkpoints/checkpoint_000000007.part-1775501313-1326.lock")  # fmt: skip
     for path in (theirs, *(tmp_path / name for name in names)):
         path.touch()
     resume(MPI.COMM_SELF, tmp_path)
-    assert list(tmp_path.rglob("*.part")) == [theirs]
+    assert list(tmp_path.rglob("*.part*")) == [theirs]
     assert len(list((tmp_path / "checkpoints").iterdir())) == 1
 
 
