@@ -15,7 +15,17 @@ import click
 from mpi4py import MPI
 
 from mpisph import __version__
-from mpisph.cli import assess, limit, machine, post, prepare, run, study, verify
+from mpisph.cli import (
+    assess,
+    limit,
+    machine,
+    post,
+    prepare,
+    run,
+    study,
+    verify,
+    view,
+)
 from mpisph.cli.options import BAD_INPUT
 from mpisph.core.errors import (
     CollectiveError,
@@ -45,6 +55,7 @@ for command in (
     post.figures_command,
     post.report_command,
     post.animate_command,
+    view.view_command,
     post.clock_command,
     verify.verify_command,
     machine.bench_command,

@@ -8,11 +8,12 @@ from pathlib import Path
 
 from mpisph.core.words import counted
 from mpisph.figures.cloud import FIGURES_FOLDER
+from mpisph.figures.embed import embed, embed_file
 from mpisph.figures.wall import WALL_FILE, draw_wall
 from mpisph.io.files import write_text
 from mpisph.io.snapshot import read_series
 from mpisph.io.stored_run import read_run
-from mpisph.report.page import Figure, Notice, Table, embed, embed_file, render
+from mpisph.report.page import Figure, Notice, Table, render
 from mpisph.report.study_page import MOST_OPEN
 from mpisph.report.study_tables import provenance_table
 from mpisph.study.assess.cases import STUDY_FILE, Assessment

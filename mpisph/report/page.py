@@ -3,39 +3,18 @@
 A page is one file. It fetches nothing, neither scripts nor letters nor pictures.
 """
 
-import base64
-import io
 import re
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import jinja2
 from markupsafe import Markup, escape
-from PIL import Image
 
-from mpisph.figures.style import LOSSLESS, PAGE_FORMAT
+from mpisph.figures.embed import Picture
 
 NONE = "–"
 """What a cell says that has nothing to say."""
 
 _SYMBOL = re.compile(r"\b([RLu])_([brz])\b")
-
-
-class Picture(NamedTuple):
-    """A picture that lies within the page.
-
-    Attributes
-    ----------
-    source : str
-        Data URL of the file.
-    width, height : int
-        [pixels].
-    """
-
-    source: str
-    width: int
-    height: int
 
 
 class Figure(NamedTuple):
@@ -132,7 +111,7 @@ def render(template: str, package: str = "mpisph.report", **context: Any) -> str
 
 def environment(package: str = "mpisph.report") -> jinja2.Environment:
     """Return the templates of a package; a name that is missing is an error."""
-    packages = dict.fromkeys((package, "mpisph.report"))
+    packages = dict.fromkeys((package, "mpisph.report", "mpisph.viewer"))
     made = jinja2.Environment(
         loader=jinja2.ChoiceLoader([jinja2.PackageLoader(p) for p in packages]),
         autoescape=True,
@@ -148,31 +127,3 @@ def environment(package: str = "mpisph.report") -> jinja2.Environment:
 def symbols(text: str) -> Markup:
     """Return a text as HTML, with the indices of R_b, L_b, u_r and u_z set lower."""
     return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(text))))
-
-
-def embed(draw: Callable[[io.BytesIO], object]) -> Picture:
-    """Return what a function draws as a picture of a page.
-
-    Parameters
-    ----------
-    draw : callable
-        Draws a figure into memory, see `figures.style.save`.
-    """
-    file = io.BytesIO()
-    draw(file)
-    encoded = base64.b64encode(file.getvalue()).decode("ascii")
-    with Image.open(file) as opened:
-        kind = str(opened.format).lower()
-        return Picture(f"data:image/{kind};base64,{encoded}", *opened.size)
-
-
-def embed_file(path: Path) -> Picture:
-    """Return the picture in a file as a picture of a page.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be read.
-    """
-    with Image.open(path) as opened:
-        return embed(lambda file: opened.save(file, PAGE_FORMAT, **LOSSLESS))

@@ -15,7 +15,8 @@ from mpisph.case.times import same_time
 from mpisph.core.words import counted, grouped
 from mpisph.figures.cloud import draw_cloud
 from mpisph.figures.dots import find_shadings
-from mpisph.figures.fields import condition_fields
+from mpisph.figures.embed import embed
+from mpisph.figures.fields import choose_fields, condition_fields
 from mpisph.figures.history import (
     HistoryFigure,
     RunHistory,
@@ -33,7 +34,7 @@ from mpisph.io.snapshot import read_snapshot
 from mpisph.io.stored_run import StoredRun, read_run
 from mpisph.io.verdict import Outcome
 from mpisph.report.analysis import ANALYSES, analysis_tables, has_debris
-from mpisph.report.page import Figure, Notice, Table, embed, render
+from mpisph.report.page import Figure, Notice, Table, render
 from mpisph.report.run_tables import (
     bodies_table,
     cloud_table,
@@ -51,8 +52,15 @@ from mpisph.report.run_tables import (
     wall_table,
 )
 from mpisph.report.study_page import MOST_OPEN, StudyView, study_views
+from mpisph.viewer import page as viewer
 
 REPORT_FILE = "report.html"
+
+PLAYED_PARTICLES = 20_000
+"""Particles of a run that plays in the page, at most."""
+
+PLAYED_SHARE = 0.3
+"""What runs that play in a report take, of what a page that only plays them may."""
 
 MOST_PANELS = 24
 """Small pictures of a run; of more snapshots some are chosen at even distances."""
@@ -158,6 +166,8 @@ class RunView(NamedTuple):
         What a reader must not miss.
     shield : ShieldView or None
         Verdict, wall and pictures of a shield; None of other cases.
+    viewer : View or None
+        The run, to be played; None without snapshots.
     bodies : Table
     setup : list of Table
         Materials, resolution and scheme.
@@ -196,6 +206,7 @@ class RunView(NamedTuple):
     verdict: str
     notices: list[Notice]
     shield: ShieldView | None
+    viewer: viewer.View | None
     bodies: Table
     setup: list[Table]
     cloud: Table | None
@@ -259,7 +270,7 @@ def write_report(
     runs = [read_run(f, name) for f, name in zip(folders, names, strict=True)]
     placed = [(run, f"run-{index}") for index, run in enumerate(runs, 1)]
     tables = [runs_table(placed), comparison_table(placed)] if len(runs) > 1 else []
-    views = [_run_view(run, place) for run, place in placed]
+    views = [_run_view(run, place, len(placed)) for run, place in placed]
     varied = study_views(studies, root)
     titles = [s.title for s in varied] + [s.title for s in views]
     html = render(
@@ -268,6 +279,7 @@ def write_report(
         tables=[table for table in tables if table is not None],
         studies=varied,
         runs=views,
+        library=viewer.library() if any(s.viewer for s in views) else "",
         most_open=MOST_OPEN,
     )
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -291,8 +303,8 @@ def _names(folders: Sequence[Path]) -> list[str]:
     return names
 
 
-def _run_view(run: StoredRun, place: str) -> RunView:
-    """Return what the page shows of a run."""
+def _run_view(run: StoredRun, place: str, runs: int) -> RunView:
+    """Return what the page shows of a run, one of so many."""
     shown = _large(run)
     large = {item.path for item in shown}
     small = _small(run, large)
@@ -312,6 +324,7 @@ def _run_view(run: StoredRun, place: str) -> RunView:
         verdict=_verdict(run),
         notices=_notices(run),
         shield=_shield_view(run),
+        viewer=_played(run, runs) if run.snapshots else None,
         bodies=bodies_table(run.case),
         setup=[setup_table(run), materials_table(run.case)],
         cloud=cloud_table(run) if run.comparisons else None,
@@ -361,6 +374,15 @@ def _shield_view(run: StoredRun) -> ShieldView | None:
         history=[_history_figure(item, data) for item in shield_figures(data)],
         limits=_LIMITS,
     )
+
+
+def _played(run: StoredRun, runs: int) -> viewer.View:
+    """Return the run to be played; that of a shield by damage and speed."""
+    first = read_snapshot(run.snapshots[0][0]).arrays
+    names = ("damage", "speed") if run.case.shield and "damage" in first else ()
+    chosen = choose_fields(names, ())
+    shown = viewer.shown_run(run, chosen, PLAYED_PARTICLES, PLAYED_SHARE / runs)
+    return viewer.make_view([run], [shown], chosen, within=True)
 
 
 def _large(run: StoredRun) -> list[_Shown]:

@@ -6,7 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from mpisph.report.page import Figure, Notice, Table, embed
+from mpisph.figures.embed import embed
+from mpisph.report.page import Figure, Notice, Table
 from mpisph.report.paper_tables import (
     Grid,
     agreement_table,

@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from mpisph.core.words import grouped
+from mpisph.figures.embed import embed_file
 from mpisph.io.files import write_text
 from mpisph.io.provenance import git_revision, versions
-from mpisph.report.page import NONE, Figure, Notice, Table, embed_file, render
+from mpisph.report.page import NONE, Figure, Notice, Table, render
 from mpisph.verify.record import verdict_word
 from mpisph.verify.runner import Verdict
 from mpisph.verify.tables import HEADS, cells, summary

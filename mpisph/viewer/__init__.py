@@ -1,0 +1,1 @@
+"""Pages that play runs: the particles in a browser, by field, with their values."""
