@@ -123,6 +123,9 @@ class _Handler(BaseHTTPRequestHandler):
             self._answer(self.followed.description().encode(), _KINDS["json"])
         elif words[0] == "runs" and (part := self.followed.part(words[1:])) is not None:
             self._answer(part, "application/octet-stream")
+        elif words == ["favicon.ico"]:  # every browser asks for it
+            self.send_response(HTTPStatus.NO_CONTENT)
+            self.end_headers()
         else:
             self.send_error(HTTPStatus.NOT_FOUND)
 

@@ -148,6 +148,7 @@
   function chooser(label, options, value, change) {
     const box = make("label", "", `${label} `);
     const select = make("select");
+    select.setAttribute("aria-label", label);
     for (const [key, text] of options) {
       const option = make("option", "", text);
       option.value = key;
@@ -193,9 +194,8 @@
       this.view = this.fitted(this.whole());
       this.deck = new deck.Deck({
         parent: this.stage,
-        views: new deck.OrthographicView({ id: "rz", flipY: false }),
+        views: this.plane(!this.viewer.within),
         viewState: { rz: this.view },
-        controller: { scrollZoom: !this.viewer.within, doubleClickZoom: false, keyboard: false },
         pickingRadius: 5,
         layers: [],
         onViewStateChange: ({ viewState }) => this.viewer.move(this, viewState),
@@ -213,8 +213,14 @@
       new ResizeObserver(() => this.resized()).observe(this.stage);
     }
 
+    // The r-z plane; the wheel may zoom in it or not.
+    plane(wheel) {
+      const controller = { scrollZoom: wheel, doubleClickZoom: false, keyboard: false };
+      return new window.deck.OrthographicView({ id: "rz", flipY: false, controller });
+    }
+
     setWheel(on) {
-      this.deck.setProps({ controller: { scrollZoom: on, doubleClickZoom: false, keyboard: false } });
+      this.deck.setProps({ views: this.plane(on) });
     }
 
     whole() {
