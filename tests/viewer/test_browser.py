@@ -37,9 +37,9 @@ def shot(finished, tmp_path_factory):
     return out
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def opened(chrome):
-    """Open a page, and see at the end that it had no trouble."""
+    """Open a page, and see at the end that none had trouble."""
     contexts, troubles = [], []
 
     def open_page(place, size=WIDE, ready=READY, bypass_csp=True, **more):
@@ -49,7 +49,7 @@ def opened(chrome):
         tab = context.new_page()
         troubles.append(Trouble(tab))
         tab.goto(place if isinstance(place, str) else place.as_uri())
-        tab.wait_for_selector(ready, state="attached", timeout=60_000)
+        tab.wait_for_selector(ready, state="attached", timeout=30_000)
         settle(tab)
         return tab
 
@@ -59,9 +59,26 @@ def opened(chrome):
     assert troubles == [[]] * len(troubles)
 
 
+@pytest.fixture(scope="module")
+def shared(opened, shot):
+    """The page of a run, for several tests."""
+    return opened(shot)
+
+
+@pytest.fixture
+def tab(shared):
+    """That page as it was at first."""
+    ask(shared, "v.choose('body', 'body')")
+    ask(shared, "v.show(v.times.length - 1)")
+    ask(shared, "v.fit()")
+    shared.mouse.move(0, 0)
+    settle(shared)
+    return shared
+
+
 def settle(tab):
     """Wait until what was asked for is drawn."""
-    tab.wait_for_timeout(250)
+    tab.wait_for_timeout(150)
 
 
 def ask(tab, code):
@@ -80,8 +97,8 @@ def has_colour(pixels, colour):
 
 
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["wide", "narrow"])
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_it_opens_in_any_size_and_light(opened, shot, size, scheme):
+def test_it_opens_in_any_size_and_light(opened, shot, size):
+    scheme = "light" if size is WIDE else "dark"
     tab = opened(shot, size, bypass_csp=False, color_scheme=scheme)
     assert has_colour(picture(tab), SPHERE) > 100
     assert has_colour(picture(tab), PLATE) > 100
@@ -93,13 +110,7 @@ def test_it_opens_in_any_size_and_light(opened, shot, size, scheme):
         assert box["x"] + box["width"] <= size["width"]
 
 
-def test_nothing_scrolls_sideways(opened, shot):
-    tab = opened(shot, NARROW)
-    assert tab.evaluate("() => document.documentElement.scrollWidth") <= 420
-
-
-def test_the_slider_moves_the_run(opened, shot, finished):
-    tab = opened(shot)
+def test_the_slider_moves_the_run(tab, finished):
     times = [1e6 * time for _, time in read_run(finished).snapshots]
     last = picture(tab)
     slider = tab.get_by_label("time", exact=True)
@@ -115,8 +126,7 @@ def test_the_slider_moves_the_run(opened, shot, finished):
     assert shown == f"t = {times[1]:.4g} µs after first contact"
 
 
-def test_play_goes_to_the_end_and_stops(opened, shot):
-    tab = opened(shot)
+def test_play_goes_to_the_end_and_stops(tab):
     tab.get_by_label("frames/s").select_option("30")
     tab.get_by_role("button", name="Play").click()
     tab.wait_for_function(
@@ -151,8 +161,7 @@ def tip_of(tab):
     return caption, dict(zip(heads, values, strict=True))
 
 
-def test_the_pointer_shows_the_stored_values(opened, shot, finished):
-    tab = opened(shot)
+def test_the_pointer_shows_the_stored_values(tab, finished):
     run = read_run(finished)
     arrays = read_snapshot(run.snapshots[-1][0]).arrays
     # One that lies alone, so that no other is drawn over it.
@@ -176,14 +185,14 @@ def test_the_pointer_shows_the_stored_values(opened, shot, finished):
         assert float(number) == pytest.approx(known[k], rel=1e-3, abs=step)
 
 
-def test_a_tap_shows_them_too(opened, shot):
+def test_a_tap_shows_them_too_and_nothing_scrolls_sideways(opened, shot):
     tab = opened(shot, NARROW, has_touch=True)
+    assert tab.evaluate("() => document.documentElement.scrollWidth") <= 420
     tab.touchscreen.tap(*place_of(tab, 0))
     assert "of sphere" in tip_of(tab)[0]
 
 
-def test_bodies_are_switched_off_and_on(opened, shot):
-    tab = opened(shot)
+def test_bodies_are_switched_off_and_on(tab):
     box = tab.get_by_label("plate", exact=True)
     box.uncheck()
     settle(tab)
@@ -194,8 +203,7 @@ def test_bodies_are_switched_off_and_on(opened, shot):
     assert has_colour(picture(tab), PLATE) > 100
 
 
-def test_halves_show_fields_of_their_own(opened, shot):
-    tab = opened(shot)
+def test_halves_show_fields_of_their_own(tab):
     tab.get_by_label("below the axis").select_option("density")
     settle(tab)
     pixels = picture(tab)
@@ -205,8 +213,7 @@ def test_halves_show_fields_of_their_own(opened, shot):
     assert tab.locator(".viewer-label").all_inner_texts() == ["below: density [g/cm³]"]
 
 
-def test_colours_follow_the_limits_typed_in(opened, shot):
-    tab = opened(shot)
+def test_colours_follow_the_limits_typed_in(tab):
     tab.get_by_label("colours", exact=True).select_option("speed")
     settle(tab)
     before = picture(tab)
@@ -223,8 +230,7 @@ def test_colours_follow_the_limits_typed_in(opened, shot):
     assert np.array_equal(picture(tab), before)
 
 
-def test_drag_wheel_and_keys_move_the_view(opened, shot):
-    tab = opened(shot)
+def test_drag_wheel_and_keys_move_the_view(tab):
     stage = tab.locator(".viewer-stage").bounding_box()
     x, y = stage["x"] + stage["width"] / 2, stage["y"] + stage["height"] / 2
     start = ask(tab, "v.items[0].view")
@@ -251,8 +257,7 @@ def test_drag_wheel_and_keys_move_the_view(opened, shot):
     assert ask(tab, "v.above") != "body"
 
 
-def test_a_body_fills_the_view(opened, shot, finished):
-    tab = opened(shot)
+def test_a_body_fills_the_view(tab, finished):
     start = ask(tab, "v.items[0].view.zoom")
     tab.get_by_label("view", exact=True).select_option("body sphere")
     settle(tab)

@@ -163,7 +163,7 @@
   // ---- one run in a stage of its own
 
   class Panel {
-    constructor(viewer, run, index) {
+    constructor(viewer, run) {
       this.viewer = viewer;
       this.run = run;
       this.frame = 0;
@@ -184,7 +184,6 @@
       this.root.append(this.stage, this.key);
       if (run.about.note) this.root.append(make("p", "viewer-note", `${run.about.note}.`));
       viewer.panels.append(this.root);
-      this.index = index;
       this.hovered = null;
     }
 
@@ -201,13 +200,14 @@
         onViewStateChange: ({ viewState }) => this.viewer.move(this, viewState),
         onHover: (info) => this.point(info),
         onClick: (info) => this.point(info),
+        // The stage is what the Tab key comes to.
+        onLoad: () => { this.stage.querySelector("canvas").tabIndex = -1; },
         onError: (error) => console.error(error),
       });
       this.stage.append(this.marks, this.tip);
       // Within a page the wheel turns its leaves until someone is at work here.
-      this.stage.addEventListener("focus", () => this.setWheel(true));
-      this.stage.addEventListener("blur", () => this.setWheel(!this.viewer.within));
-      this.stage.addEventListener("pointerdown", () => this.stage.focus({ preventScroll: true }));
+      this.stage.addEventListener("focusin", () => this.setWheel(true));
+      this.stage.addEventListener("focusout", () => this.setWheel(!this.viewer.within));
       this.stage.addEventListener("pointerleave", () => { this.tip.hidden = true; });
       this.stage.addEventListener("dblclick", () => this.viewer.fit());
       new ResizeObserver(() => this.resized()).observe(this.stage);
@@ -522,7 +522,7 @@
       this.position = this.times.length - 1;
       this.makeControls();
       root.append(this.top, this.panels, this.options, this.scales, this.help(), this.probe);
-      this.items = runs.map((run, index) => new Panel(this, run, index));
+      this.items = runs.map((run) => new Panel(this, run));
       this.items.forEach((panel) => panel.start());
       this.show(this.position);
       this.drawScales();
