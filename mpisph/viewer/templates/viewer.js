@@ -160,6 +160,79 @@
     return [box, select];
   }
 
+  // ---- particles as points: a point is one vertex, and any renderer is fast with it
+
+  const VERTEX = `#version 300 es
+    in vec3 positions;
+    in vec3 positions64Low;
+    in float radii;
+    in vec4 colors;
+    out vec4 colour;
+    out float across;
+    const float LEAST = 1.4;
+    void main() {
+      int index = gl_VertexID + 1;
+      geometry.worldPosition = positions;
+      geometry.pickingColor = vec3(index & 255, (index >> 8) & 255, (index >> 16) & 255);
+      gl_Position = project_position_to_clipspace(positions, positions64Low, vec3(0.0), geometry.position);
+      DECKGL_FILTER_GL_POSITION(gl_Position, geometry);
+      across = max(2.0 * radii * project.scale, LEAST) * project.devicePixelRatio;
+      gl_PointSize = across;
+      colour = vec4(colors.rgb, 1.0);
+      DECKGL_FILTER_COLOR(colour, geometry);
+    }`;
+
+  // Few pixels are a square; more are a disc.
+  const FRAGMENT = `#version 300 es
+    precision highp float;
+    in vec4 colour;
+    in float across;
+    out vec4 fragColor;
+    void main() {
+      vec2 place = 2.0 * gl_PointCoord - 1.0;
+      if (across > 4.0 && dot(place, place) > 1.0) discard;
+      fragColor = colour;
+      DECKGL_FILTER_COLOR(fragColor, geometry);
+    }`;
+
+  function particleLayer() {
+    const { deck, luma } = window;
+    class ParticleLayer extends deck.Layer {
+      getShaders() {
+        return super.getShaders({ vs: VERTEX, fs: FRAGMENT, modules: [deck.project32, deck.picking] });
+      }
+
+      initializeState() {
+        const manager = this.getAttributeManager();
+        manager.remove(["instancePickingColors"]);
+        manager.add({
+          positions: { size: 3, type: "float64", fp64: this.use64bitPositions(), accessor: "getPosition" },
+          radii: { size: 1, accessor: "getRadius" },
+          colors: { size: 4, type: "unorm8", accessor: "getFillColor" },
+        });
+        this.state.model = new luma.Model(this.context.device, {
+          ...this.getShaders(),
+          id: this.props.id,
+          bufferLayout: manager.getBufferLayouts(),
+          topology: "point-list",
+          isInstanced: false,
+        });
+      }
+
+      draw() {
+        this.state.model.setVertexCount(this.props.data.length);
+        this.state.model.draw(this.context.renderPass);
+      }
+    }
+    ParticleLayer.layerName = "ParticleLayer";
+    ParticleLayer.defaultProps = {
+      getPosition: { type: "accessor", value: [0, 0, 0] },
+      getRadius: { type: "accessor", value: 1 },
+      getFillColor: { type: "accessor", value: [0, 0, 0, 255] },
+    };
+    return ParticleLayer;
+  }
+
   // ---- one run in a stage of its own
 
   class Panel {
@@ -295,7 +368,7 @@
       this.order = order;
       this.shown = [this.viewer.above, this.viewer.below].map((name) => this.run.field(name));
       const colours = this.shown.map((field) => this.colours(field, columns, order));
-      const layers = colours.map((colour, half) => new window.deck.ScatterplotLayer({
+      const layers = colours.map((colour, half) => new this.viewer.Layer({
         id: half ? "below" : "above",
         data: {
           length: count,
@@ -306,12 +379,7 @@
           },
         },
         modelMatrix: half ? MIRROR : null,
-        radiusUnits: "common",
-        radiusMinPixels: 0.7,
         pickable: true,
-        stroked: false,
-        antialiasing: true,
-        parameters: { depthCompare: "always" },
       }));
       this.deck.setProps({ layers });
       this.drawMarks();
@@ -506,6 +574,7 @@
       this.root = root;
       this.runs = runs;
       this.within = "within" in root.dataset;
+      this.Layer = particleLayer();
       this.linked = true;
       this.lines = true;
       this.chosen = new Map();
