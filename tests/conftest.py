@@ -130,15 +130,17 @@ def smallest_size(item):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Check the marks, and begin with the tests that start programs.
+    """Check the marks, and begin with the files that take long.
 
-    Files are shared out to all cores in this order; a slow one that came last would
-    leave the others idle.
+    Those are of tests that start programs, or marked slow. Files are shared out to all
+    cores in this order; a slow one that came last would leave the others idle.
     """
     for item in items:
         smallest_size(item)
     tests = config.rootpath / "tests"
-    items.sort(key=lambda item: item.path.relative_to(tests).parts[0] not in STARTING)
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    slow |= {i.path for i in items if i.path.relative_to(tests).parts[0] in STARTING}
+    items.sort(key=lambda item: item.path not in slow)
 
 
 class RankReports:
