@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from mpisph.case.bodies import Body
 from mpisph.case.contact import first_contact, meeting_time, plane_times
 from mpisph.case.model import Case
 from mpisph.case.profiles import sampled_densities

@@ -19,11 +19,11 @@ def section_area(arrays: Mapping[str, npt.NDArray[Any]], case: Case) -> FloatArr
     """Return the area that the section of each particle takes of a picture.
 
     A ring of mass m and density rho has the section ``m/(2 pi r_m rho)`` in the r-z
-    plane, with the mean radius r_m of `ring_sections` (R1): at the start of a run that
-    is the cell of its lattice, it is bounded at the axis, and it shrinks as matter flies
-    apart. Matter thinner than at rest has the section that its mass has at rest:
-    between the drops of a spray and the shreds of a gas there is nothing, and thin
-    matter would hide all else.
+    plane, with the mean radius r_m of `ring_sections` (R1). At the start of a run that
+    is the cell of its lattice; it is bounded at the axis, and shrinks as matter flies
+    apart. Matter thinner than at rest has the section that its mass has at rest: there
+    is nothing between the drops of a spray or the shreds of a gas, and dots as large as
+    what they spread over would hide all else.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The sections of particles: lattice cells, areas by Pappus's theorem, spread matter."""
+"""Sections of particles: lattice cells, areas by Pappus, matter that is spread."""
 
 import subprocess
 import sys
@@ -50,7 +50,7 @@ def test_at_the_start_it_is_the_cell_of_the_lattice(filling):
     assert area.shape == p.r.shape
     outside = p.r > 2.5 * case.spacing  # at the axis cells may be cut by it
     assert outside.sum() > 100
-    np.testing.assert_allclose(area[outside], case.spacing**2, rtol=2e-3)
+    np.testing.assert_allclose(area[outside], case.spacing**2, rtol=3e-3)
     assert area.sum() == pytest.approx(0.5 * np.pi * 1e-6, rel=0.02)
 
 
