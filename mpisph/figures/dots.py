@@ -39,9 +39,11 @@ _LEVELS_OF_COLOUR = 1000
 _COVER = math.sqrt(2.0)
 # Diameter of a dot over the side of the particle's section.
 
-_EDGE, _LEAST = 1.0, 3.0
-# What is added to the diameter of a dot, for its edge covers pixels in part, and the
-# least diameter [pixels].
+_EDGE = 1.0
+# What is added to the diameter of a dot, for its edge covers pixels in part [pixels].
+
+_LEAST, _FEW = (2.0, 3.0), 1e4
+# Least diameter of a dot among many and among few [pixels]; how many are few.
 
 _CLASS = 0.05
 # Of two classes of sizes, the larger over the smaller one, less one.
@@ -233,7 +235,7 @@ def _drawn(
     drawn &= arrays["id"] % _particles_a_dot(snapshot) == 0
     shown = {name: values[drawn] for name, values in arrays.items()}
     area = section_area(shown, case) * _particles_a_dot(snapshot)
-    return shown, dot_sizes(axes, area)
+    return shown, dot_sizes(axes, area, len(drawn))
 
 
 def _halves(
@@ -397,11 +399,12 @@ def _particles_a_dot(snapshot: Snapshot) -> int:
     return 1 + len(snapshot.arrays["z"]) // _MOST_POINTS
 
 
-def dot_sizes(axes: Axes, area: FloatArray) -> FloatArray:
+def dot_sizes(axes: Axes, area: FloatArray, count: int) -> FloatArray:
     """Return the diameters of dots that cover the sections of particles [pt].
 
     A dot is the disc about a square of the section's area, so that those of a lattice
-    leave no gaps. It has a least value, at which it can still be seen.
+    leave no gaps. They have a least value, at which few do not fade and many do not
+    merge.
 
     Parameters
     ----------
@@ -409,6 +412,8 @@ def dot_sizes(axes: Axes, area: FloatArray) -> FloatArray:
         With their final limits [mm].
     area : ndarray, shape (n,)
         Of the sections [m2], see `section_area`.
+    count : int
+        How many particles the snapshot has.
 
     Returns
     -------
@@ -416,10 +421,11 @@ def dot_sizes(axes: Axes, area: FloatArray) -> FloatArray:
     """
     figure = axes.get_figure(root=True)
     assert figure is not None, "axes that are drawn in"
-    low, high = axes.get_xlim()
     inches = axes.get_position().width * float(figure.get_figwidth())
-    points_per_mm = 72.0 * inches / (high - low)
+    points_per_mm = 72.0 * inches / float(np.ptp(axes.get_xlim()))
     pixel = 72.0 / figure.dpi
     sizes = _COVER * 1e3 * np.sqrt(area) * points_per_mm + _EDGE * pixel
+    low, high = _LEAST
+    least = min(max(high * math.sqrt(_FEW / max(count, 1)), low), high)
     # An area that is no number is that of a run that broke down.
-    return np.fmax(sizes, _LEAST * pixel)
+    return np.fmax(sizes, least * pixel)
