@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from mpisph.case.bodies import Body
 from mpisph.case.contact import first_contact, meeting_time, plane_times
 from mpisph.case.model import Case
-from mpisph.case.profiles import starting_state
+from mpisph.case.profiles import sampled_densities
 from mpisph.case.sections import Resolution, Scheme, Viscosity
 from mpisph.case.shapes.section import FloatArray
 from mpisph.case.shield import shield_doubts
-from mpisph.core.errors import CaseError
 from mpisph.inputs.quantities import FrozenModel
 from mpisph.materials.doubts import doubtful_constants, doubtful_elongation
 from mpisph.physics.eos import GASES
@@ -373,7 +371,7 @@ def _warn_of_light_gas(case: Case) -> Iterator[str]:
     densest = max(case.body_models(body).rest_density for body in solids)
     for body in gases:
         rho0 = case.body_models(body).rest_density
-        density = rho0 * float(_density_ratios(body, rho0).min())
+        density = float(sampled_densities(body, rho0).min())
         if density < _LIGHT * densest and case.impact_velocity > 0.0:
             yield (
                 f"time.cfl: with {case.time.cfl:g} the steps may be too long for "
@@ -423,7 +421,9 @@ def _warn_of_starting_state(case: Case) -> Iterator[str]:
                 f"bodies.{body.name}.energy: a gas at rest without energy has no "
                 "pressure; P / ((gamma - 1) rho) gives it the pressure P"
             )
-        ratio = _unlike(_density_ratios(body, models.rest_density))
+        ratio = _unlike(
+            sampled_densities(body, models.rest_density) / models.rest_density
+        )
         low, high = case.limits.density_ratio_min, case.limits.density_ratio_max
         value = f"{ratio * models.rest_density:.4g} kg/m^3 is {ratio:.3g} times"
         about = f"{value} the reference density of {models.material}"
@@ -453,26 +453,6 @@ def _warn_of_reference_pressure(
             f"at rho0 = {models.rho0:g} kg/m^3 and its reference temperature; is that "
             "the density of the table?"
         )
-
-
-_SAMPLES = 9
-"""Heights of a body, and radii at each, at which an expression is looked at."""
-
-
-def _density_ratios(body: Body, rho0: float) -> FloatArray:
-    """Return densities of a body over the reference density, from a few places."""
-    bottom, top = body.section.ends
-    part = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
-    z = bottom + (top - bottom) * part
-    inner, outer = body.section.radii(z)
-    r = inner + (outer - inner) * part[:, None]
-    try:
-        state = starting_state(
-            body, rho0, r.ravel(), np.broadcast_to(z, r.shape).ravel()
-        )
-    except CaseError:  # it is told of the particle that has it
-        return np.ones(1)
-    return state.rho / rho0
 
 
 def _unlike(ratios: FloatArray) -> float:

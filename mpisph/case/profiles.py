@@ -83,6 +83,36 @@ def starting_state(
     return StartingState(speed * n_r, body.velocity + speed * n_z, density, energy)
 
 
+_SAMPLES = 9
+# Heights of a body, and radii at each, at which an expression is looked at.
+
+
+def sampled_densities(body: Body, rest_density: float) -> FloatArray:
+    """Return densities at the start of a body, from a few places [kg/m^3].
+
+    Parameters
+    ----------
+    body : Body
+    rest_density : float
+        Density of its material at rest [kg/m^3], which is returned where an expression
+        is out of its bounds: `starting_state` tells of the particle that has it.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    bottom, top = body.section.ends
+    part = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    z = bottom + (top - bottom) * part
+    inner, outer = body.section.radii(z)
+    r = inner + (outer - inner) * part[:, None]
+    z = np.broadcast_to(z, r.shape)
+    try:
+        return starting_state(body, rest_density, r.ravel(), z.ravel()).rho
+    except CaseError:
+        return np.full(1, rest_density)
+
+
 def _values(body: Body, key: str, r: FloatArray, z: FloatArray) -> FloatArray:
     """Return the values of a number or an expression at places."""
     given = getattr(body, key)

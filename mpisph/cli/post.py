@@ -4,6 +4,7 @@ What draws is imported by the command that does: it takes long to load.
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,7 +23,7 @@ Ranges = tuple[tuple[str, str], ...]
 
 
 def field_options(command: Command) -> Command:
-    """Add the options that say what the colours of particles show."""
+    """Add the options that say what pictures of particles show."""
     field = click.option(
         "--field",
         "fields",
@@ -41,19 +42,27 @@ def field_options(command: Command) -> Command:
         "number is in SI.  Given twice: of both fields.  [default: where the values of "
         "the whole run do, but for 1 % at each end]",
     )
-    return field(limits(command))
+    zoom = click.option(
+        "--zoom",
+        metavar="BODY",
+        help="Show the body of this name close by, in one view that holds it at all "
+        "times.",
+    )
+    return field(limits(zoom(command)))
 
 
 @click.command("figures")
 @click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
 @field_options
-def figures_command(folder: Path, fields: tuple[str, ...], ranges: Ranges) -> None:
-    """Draw the figures of the run folder RUN again, or those of fields."""
+def figures_command(
+    folder: Path, fields: tuple[str, ...], ranges: Ranges, zoom: str | None
+) -> None:
+    """Draw the figures of the run folder RUN again, or those of fields or a body."""
     from mpisph.figures.cloud import draw_run
     from mpisph.io.run_folder import no_run
 
     comm, chosen = MPI.COMM_WORLD, choose_fields(fields, ranges)
-    paths = from_root(comm, lambda: draw_run(folder, chosen))
+    paths = from_root(comm, lambda: draw_run(folder, chosen, zoom))
     if not paths:
         raise no_run(folder, "snapshots to draw")
     for path in paths:
@@ -112,7 +121,7 @@ def report_command(paths: tuple[Path, ...], output: Path | None, root: Path) -> 
     "-o",
     "--output",
     type=OutputPath(path_type=Path, dir_okay=False),
-    help="The film.  [default: film.mp4 in the folder RUN, or film_<fields>.mp4]",
+    help="The film.  [default: film.mp4 in the folder RUN, or film_<fields>_<body>.mp4]",
 )
 @click.option(
     "--fps",
@@ -126,6 +135,7 @@ def animate_command(
     fps: float | None,
     fields: tuple[str, ...],
     ranges: Ranges,
+    zoom: str | None,
 ) -> None:
     """Make a film (MP4) of the run folder RUN, a frame for each snapshot.
 
@@ -135,9 +145,10 @@ def animate_command(
     from mpisph.figures.movie import FILM_FILE, animate
 
     chosen = choose_fields(fields, ranges)
-    film = output or (folder / FILM_FILE).with_stem("_".join(("film", *fields)))
-    comm = MPI.COMM_WORLD
-    click.echo(from_root(comm, lambda: animate(folder, film, fps, chosen or (BODY,))))
+    parts = ("film", *fields) if zoom is None else ("film", *fields, zoom)
+    film = output or (folder / FILM_FILE).with_stem("_".join(parts))
+    draw = partial(animate, folder, film, fps, chosen or (BODY,), zoom)
+    click.echo(from_root(MPI.COMM_WORLD, draw))
 
 
 @click.command("clock")

@@ -46,6 +46,7 @@ from mpisph.figures.style import (
 )
 from mpisph.figures.view import (
     View,
+    body_view,
     choose_view,
     common_view,
     draw_surroundings,
@@ -73,13 +74,16 @@ _SIZES = 3
 _NO_ERRORS = CloudErrors(None, None)
 
 
-def draw_run(folder: Path, chosen: Sequence[Chosen] = ()) -> list[Path]:
+def draw_run(
+    folder: Path, chosen: Sequence[Chosen] = (), zoom: str | None = None
+) -> list[Path]:
     """Draw every snapshot of a run, all in one view and with the same colours.
 
     The files are ``figures/cloud_<time>us.png``, with the fields instead of ``cloud``
     where these are chosen; of a shield without measurements there are none but with
     fields. Exposures are drawn in at their nominal times and at those
-    with the clock offset added.
+    with the clock offset added. Of a body alone they are
+    ``figures/cloud_<body>_<time>us.png``, without exposures.
 
     Parameters
     ----------
@@ -89,6 +93,8 @@ def draw_run(folder: Path, chosen: Sequence[Chosen] = ()) -> list[Path]:
         What the colours show: one field, or those above and below the axis. By default
         it is the bodies; where models give it, the condition of the matter at the end
         is drawn as well, in `CONDITION_FILE`, and of a shield cuts, wall and momentum.
+    zoom : str, optional
+        Body that is shown close by (`body_view`), instead of all other figures.
 
     Returns
     -------
@@ -98,7 +104,7 @@ def draw_run(folder: Path, chosen: Sequence[Chosen] = ()) -> list[Path]:
     Raises
     ------
     InputError
-        If the snapshots lack a field.
+        If the snapshots lack a field, or the case the body.
     OSError
         If a snapshot cannot be read or a figure cannot be written.
     """
@@ -109,12 +115,17 @@ def draw_run(folder: Path, chosen: Sequence[Chosen] = ()) -> list[Path]:
     first = read_snapshot(paths[0])
     require_fields(chosen, first.arrays, folder)
     case = case_from_dict(tomllib.loads(first.case))
-    view = common_view(paths, case)
     home = folder / FIGURES_FOLDER
     name = "_".join(each.field.name for each in chosen) or "cloud"
-    figures: list[Path] = []
+    stamps = _time_stamps([time for _, time in series])
+    if zoom is not None:
+        view = body_view(paths, case, zoom)
+        figures = [home / f"{name}_{zoom}_{stamp}.png" for stamp in stamps]
+        _draw_series(case, view, chosen, series, figures, exposures=False)
+        return figures
+    view = common_view(paths, case)
+    figures = []
     if chosen or case.shield is None or case.measured is not None:
-        stamps = _time_stamps([time for _, time in series])
         figures = [home / f"{name}_{stamp}.png" for stamp in stamps]
         _draw_series(case, view, chosen, series, figures)
     if not chosen and (condition := condition_fields(case)):
@@ -147,12 +158,13 @@ def _draw_series(
     chosen: Sequence[Chosen],
     series: Sequence[tuple[Path, float]],
     figures: Sequence[Path],
+    exposures: bool = True,
 ) -> None:
     """Draw snapshots, given with their times [s], with the same colours."""
     snapshots = (read_snapshot(path) for path, _ in series)
     shadings = find_shadings(chosen, snapshots, view, case) or BODIES
     for (path, time), out in zip(series, figures, strict=True):
-        exposure = exposure_at(case, time)
+        exposure = exposure_at(case, time) if exposures else None
         draw_cloud(path, case, out, None, exposure, view, shadings)
 
 

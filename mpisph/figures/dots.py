@@ -10,11 +10,13 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, ListedColormap, Normalize
+from matplotlib.lines import Line2D
 
 from mpisph.case import Case
 from mpisph.core.particles import FloatArray
 from mpisph.figures.fields import BODY, Chosen, ShownField
-from mpisph.figures.style import WIDTH, body_colour
+from mpisph.figures.sections import section_area
+from mpisph.figures.style import body_colour
 from mpisph.figures.view import View, only_finite
 from mpisph.io.snapshot import Snapshot
 
@@ -33,6 +35,21 @@ BAR_MARGIN = 0.78
 _BAR_GAP, _BAR_WIDTH = 0.08, 0.13  # [in]
 
 _LEVELS_OF_COLOUR = 1000
+
+_COVER = math.sqrt(2.0)
+# Diameter of a dot over the side of the particle's section.
+
+_EDGE = 1.5
+# What is added to the diameter of a dot, for its edge covers pixels in part [pixels].
+
+_LEAST, _FEW = (2.0, 3.0), 1e4
+# Least diameter of a dot among many and among few [pixels]; how many are few.
+
+_CLASS = 0.05
+# Of two classes of sizes, the larger over the smaller one, less one.
+
+_BOTH = (1.0, -1.0)
+# Sides of the axis.
 
 _NO_VALUE = "0.75"
 # Colour of bodies whose models do not give the field.
@@ -150,6 +167,8 @@ def _shading(chosen: Chosen, found: list[FloatArray]) -> Shading:
 class Dots:
     """The particles in axes, one snapshot after another.
 
+    Each is a disc that covers its own section, see `dot_sizes`.
+
     Parameters
     ----------
     axes : Axes
@@ -159,8 +178,6 @@ class Dots:
         What is outside of it is not drawn.
     shadings : sequence of Shading
         One for both halves of the picture, or those of the upper and lower half.
-    cover : float, optional
-        Diameter of a dot over the side of its particle; 1.45 leaves no gaps.
     """
 
     def __init__(
@@ -169,9 +186,7 @@ class Dots:
         case: Case,
         view: View,
         shadings: Sequence[Shading] = BODIES,
-        cover: float = 1.0,
     ) -> None:
-        self._cover = cover
         self._axes = axes
         self._case = case
         self._view = view
@@ -184,13 +199,43 @@ class Dots:
 
     def show(self, snapshot: Snapshot) -> None:
         """Draw the particles of a snapshot in place of those shown before."""
-        arrays = snapshot.arrays
-        drawn = self._view.shows(arrays["z"] * 1e3, arrays["r"] * 1e3)
-        drawn &= arrays["id"] % _particles_a_dot(snapshot) == 0
-        size = self._cover * _dot_size(self._axes, snapshot, self._case)
-        shown = {name: values[drawn] for name, values in arrays.items()}
+        shown, sizes = _drawn(self._axes, snapshot, self._case, self._view)
         for half in self._halves:
-            half.show(shown, size)
+            half.show(shown, sizes)
+
+
+def draw_plain(
+    axes: Axes, snapshot: Snapshot, case: Case, view: View, colour: str, label: str
+) -> None:
+    """Draw particles in one colour, below those of `Dots`.
+
+    Parameters
+    ----------
+    axes : Axes
+        Its legend gets an entry with the label.
+    snapshot : Snapshot
+    case : Case
+    view : View
+        What is outside of it is not drawn.
+    colour : str
+    label : str
+    """
+    shown, sizes = _drawn(axes, snapshot, case, view)
+    z, r = _places(shown["z"], shown["r"], _BOTH)
+    _SizedDots(axes, colour, zorder=1.5).show(z, r, np.tile(sizes, 2))
+    _add_entry(axes, colour, label)
+
+
+def _drawn(
+    axes: Axes, snapshot: Snapshot, case: Case, view: View
+) -> tuple[dict[str, npt.NDArray[Any]], FloatArray]:
+    """Return the arrays of the particles that are drawn, and their sizes [pt]."""
+    arrays = snapshot.arrays
+    drawn = view.shows(arrays["z"] * 1e3, arrays["r"] * 1e3)
+    drawn &= arrays["id"] % _particles_a_dot(snapshot) == 0
+    shown = {name: values[drawn] for name, values in arrays.items()}
+    area = section_area(shown, case) * _particles_a_dot(snapshot)
+    return shown, dot_sizes(axes, area, len(drawn))
 
 
 def _halves(
@@ -198,7 +243,7 @@ def _halves(
 ) -> list[tuple[Shading, tuple[float, ...], str]]:
     """Return each shading with the signs of its radii, and where that is."""
     if len(shadings) == 1:
-        return [(shadings[0], (1.0, -1.0), "")]
+        return [(shadings[0], _BOTH, "")]
     above, below = shadings
     return [(above, (1.0,), "above"), (below, (-1.0,), "below")]
 
@@ -216,22 +261,51 @@ class _NamedDots:
     ) -> None:
         self._field, self._sides = shading.field, sides
         assert self._field.names is not None, "a field with names"
-        self._lines = []
+        self._dots = []
         for index, name in enumerate(self._field.names(case)):
             colour = body_colour(index)
-            style: dict[str, Any] = {"markeredgewidth": 0.0, "color": colour}
-            self._lines += axes.plot([], [], "o", rasterized=True, zorder=2, **style)
+            self._dots.append(_SizedDots(axes, colour, zorder=2.0 + 0.01 * index))
             label = f"{name}, {place}" if place else name
             _add_entry(axes, colour, label)
 
-    def show(self, arrays: Mapping[str, npt.NDArray[Any]], size: float) -> None:
-        """Draw particles as dots of a size [pt]."""
+    def show(self, arrays: Mapping[str, npt.NDArray[Any]], sizes: FloatArray) -> None:
+        """Draw particles as dots of these sizes [pt]."""
         which = self._field.values(arrays)
-        for index, line in enumerate(self._lines):
+        for index, dots in enumerate(self._dots):
             mine = which == index
             z, r = _places(arrays["z"][mine], arrays["r"][mine], self._sides)
-            line.set_data(z, r)
-            line.set_markersize(size)
+            dots.show(z, r, np.tile(sizes[mine], len(self._sides)))
+
+
+class _SizedDots:
+    """Dots of one colour; the smaller lie upon the larger.
+
+    Sizes are rounded to classes, each with a line of its own: that draws several times
+    faster than a size for each dot.
+    """
+
+    def __init__(self, axes: Axes, colour: str, zorder: float) -> None:
+        self._axes, self._zorder = axes, zorder
+        self._style: dict[str, Any] = {"markeredgewidth": 0.0, "color": colour}
+        self._lines: dict[int, Line2D] = {}
+
+    def show(self, z: FloatArray, r: FloatArray, sizes: FloatArray) -> None:
+        """Draw dots of some sizes [pt] at places [mm]."""
+        classes = np.rint(np.log(sizes) / _CLASS).astype(int)
+        for line in self._lines.values():
+            line.set_data([], [])
+        for each in np.unique(classes):
+            mine = classes == each
+            self._line(int(each)).set_data(z[mine], r[mine])
+
+    def _line(self, each: int) -> Line2D:
+        """Return the line of a class; its place among the others is its size's."""
+        if each not in self._lines:
+            size, zorder = math.exp(each * _CLASS), self._zorder - 1e-5 * each
+            (self._lines[each],) = self._axes.plot(
+                [], [], "o", ms=size, zorder=zorder, rasterized=True, **self._style
+            )
+        return self._lines[each]
 
 
 class _ColouredDots:
@@ -255,13 +329,13 @@ class _ColouredDots:
         if shading.field.is_missing(case):
             _add_entry(axes, _NO_VALUE, f"no model of {shading.field.label}")
 
-    def show(self, arrays: Mapping[str, npt.NDArray[Any]], size: float) -> None:
-        """Draw particles as dots of a size [pt]."""
+    def show(self, arrays: Mapping[str, npt.NDArray[Any]], sizes: FloatArray) -> None:
+        """Draw particles as dots of these sizes [pt]."""
         z, r = _places(arrays["z"], arrays["r"], self._sides)
         shown = self._field.shown(arrays, self._case)
         self._dots.set_offsets(np.column_stack([z, r]))
         self._dots.set_array(np.ma.masked_invalid(np.tile(shown, len(self._sides))))
-        self._dots.set_sizes([size**2])
+        self._dots.set_sizes(np.tile(sizes**2, len(self._sides)))
 
 
 def _add_entry(axes: Axes, colour: str, label: str) -> None:
@@ -325,17 +399,33 @@ def _particles_a_dot(snapshot: Snapshot) -> int:
     return 1 + len(snapshot.arrays["z"]) // _MOST_POINTS
 
 
-def _dot_size(axes: Axes, snapshot: Snapshot, case: Case) -> float:
-    """Return the diameter of a dot [pt], which covers the area of its particles.
+def dot_sizes(axes: Axes, area: FloatArray, count: int) -> FloatArray:
+    """Return the diameters of dots that cover the sections of particles [pt].
 
-    It has a least value, at which few dots do not fade and many do not merge.
+    A dot is the disc about a square of the section's area, so that those of a lattice
+    leave no gaps. They have a least value, at which few do not fade and many do not
+    merge.
+
+    Parameters
+    ----------
+    axes : Axes
+        With their final limits [mm].
+    area : ndarray, shape (n,)
+        Of the sections [m2], see `section_area`.
+    count : int
+        How many particles the snapshot has.
+
+    Returns
+    -------
+    ndarray, shape (n,)
     """
     figure = axes.get_figure(root=True)
     assert figure is not None, "axes that are drawn in"
-    inches = float(figure.get_figwidth())
-    low, high = axes.get_xlim()
-    points_per_mm = axes.get_position().width * inches * 72.0 / (high - low)
-    side = case.spacing * 1e3 * math.sqrt(_particles_a_dot(snapshot))
-    n = max(len(snapshot.arrays["z"]), 1)
-    smallest = min(max(120.0 / math.sqrt(n), 0.5), 1.8) * math.sqrt(inches / WIDTH)
-    return max(side * points_per_mm, smallest)
+    inches = axes.get_position().width * float(figure.get_figwidth())
+    points_per_mm = 72.0 * inches / float(np.ptp(axes.get_xlim()))
+    pixel = 72.0 / figure.dpi
+    sizes = _COVER * 1e3 * np.sqrt(area) * points_per_mm + _EDGE * pixel
+    low, high = _LEAST
+    least = min(max(high * math.sqrt(_FEW / max(count, 1)), low), high)
+    # An area that is no number is that of a run that broke down.
+    return np.fmax(sizes, least * pixel)

@@ -27,7 +27,13 @@ from mpisph.figures.dots import (
 )
 from mpisph.figures.fields import BODY, Chosen, require_fields
 from mpisph.figures.style import STYLE, Out, save
-from mpisph.figures.view import View, common_view, draw_surroundings, set_limits
+from mpisph.figures.view import (
+    View,
+    body_view,
+    common_view,
+    draw_surroundings,
+    set_limits,
+)
 from mpisph.io.files import replace_file
 from mpisph.io.snapshot import Snapshot, read_series, read_snapshot
 
@@ -87,6 +93,7 @@ def animate(
     out: Path,
     fps: float | None = None,
     chosen: Sequence[Chosen] = (BODY,),
+    zoom: str | None = None,
 ) -> Path:
     """Make a film of a run: every snapshot is a frame, all in one view.
 
@@ -105,6 +112,8 @@ def animate(
         `SLOWEST` and `FASTEST`.
     chosen : sequence of Chosen, optional
         What the colours show: one field, or those above and below the axis.
+    zoom : str, optional
+        Body that is shown close by, see `body_view`.
 
     Returns
     -------
@@ -115,7 +124,7 @@ def animate(
     ------
     MpisphError
         If there is no ffmpeg, if the run has fewer than two snapshots, if these lack a
-        field, or if the film cannot be encoded.
+        field or the case the body, or if the film cannot be encoded.
     OSError
         If a snapshot cannot be read or the film cannot be written.
     """
@@ -129,7 +138,10 @@ def animate(
     first = read_snapshot(paths[0])
     require_fields(chosen, first.arrays, folder)
     case = case_from_dict(tomllib.loads(first.case))
-    view = common_view(paths, case, exposures=False, headroom=1.12)
+    if zoom is None:
+        view = common_view(paths, case, exposures=False, headroom=1.12)
+    else:
+        view = body_view(paths, case, zoom)
     shadings = find_shadings(chosen, map(read_snapshot, paths), view, case)
     frame = Frame(case, view, FILM, shadings)
     out.parent.mkdir(parents=True, exist_ok=True)

@@ -15,6 +15,7 @@ from mpisph.case.sections import Exposure
 from mpisph.case.shield import Shield
 from mpisph.case.target import rear_position
 from mpisph.case.times import same_time
+from mpisph.core.errors import InputError
 from mpisph.core.particles import FloatArray
 from mpisph.diagnostics.cloud import (
     CloudDefinition,
@@ -40,6 +41,10 @@ _LONE = 0.02
 _BEFORE, _BEHIND = 2.0, 0.35
 # What is shown of a shield before the first bumper, in diameters of the projectile; at
 # most behind the wall, in depths of the shield.
+
+_OF_BODY, _AROUND, _TALL = 0.01, 0.06, 1.6
+# Of a body shown close by: the share of its particles that may fall outside at each
+# end; the margin over its extent; the view's height over its width, at most.
 
 _STIRRED = 0.01
 # Speed over that of the impact from which matter of a shield counts as moving.
@@ -177,6 +182,67 @@ def common_view(
         max(view.z_high for view in views),
         max(view.r_high for view in views),
     )
+
+
+def body_view(paths: Sequence[Path], case: Case, name: str) -> View:
+    """Return limits that hold one body at all times, but for its strays.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The snapshots, at least one.
+    case : Case
+    name : str
+        Of a body of the case.
+
+    Returns
+    -------
+    View
+        No wider than that of the whole run (`common_view`).
+
+    Raises
+    ------
+    InputError
+        If no body has the name; it says which there are.
+    OSError
+        If a snapshot cannot be read.
+    """
+    names = [body.name for body in case.bodies]
+    if name not in names:
+        raise InputError(f"--zoom {name}: no such body; there are {', '.join(names)}")
+    whole = common_view(paths, case, exposures=False)
+    low, high, radius = [], [], []
+    for path in paths:
+        arrays = only_finite(read_snapshot(path)).arrays
+        mine = arrays["body"] == names.index(name)
+        if mine.any():
+            ends = np.quantile(arrays["z"][mine], [_OF_BODY, 1.0 - _OF_BODY])
+            low.append(1e3 * float(ends[0]))
+            high.append(1e3 * float(ends[1]))
+            r = np.quantile(arrays["r"][mine], 1.0 - _OF_BODY)
+            radius.append(1e3 * float(r))
+    if not radius:  # a run from particles of its own may have none of a body
+        return whole
+    return _within(_close_view(min(low), max(high), max(radius)), whole)
+
+
+def _close_view(z_low: float, z_high: float, r_high: float) -> View:
+    """Add margins [mm], and what a strip lacks in width or height."""
+    margin = _AROUND * max(z_high - z_low, 2.0 * r_high)
+    r_high = max(r_high + margin, 0.3 * (z_high - z_low + 2.0 * margin), 1e-6)
+    span = max(z_high - z_low + 2.0 * margin, 2.0 * r_high / _TALL)
+    middle = 0.5 * (z_low + z_high)
+    return View(middle - 0.5 * span, middle + 0.5 * span, r_high)
+
+
+def _within(view: View, whole: View) -> View:
+    """Cut off what goes beyond another view, unless nothing would be left."""
+    cut = View(
+        max(view.z_low, whole.z_low),
+        min(view.z_high, whole.z_high),
+        min(view.r_high, whole.r_high),
+    )
+    return cut if cut.z_low < cut.z_high else view
 
 
 def _shield_view(snapshot: Snapshot, case: Case, shield: Shield) -> View:

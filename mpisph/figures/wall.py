@@ -21,6 +21,7 @@ from mpisph.figures.dots import (
     Dots,
     Shading,
     draw_bars,
+    draw_plain,
     find_shadings,
 )
 from mpisph.figures.fields import SHOWN_FIELDS, Chosen, ShownField
@@ -222,14 +223,8 @@ def _draw_panel(
     axes: Axes, case: Case, view: View, shadings: Sequence[Shading], item: _Shown
 ) -> None:
     """Draw the wall and, in grey, what lies before and behind it."""
-    rest = item.rest.arrays
-    seen = view.shows(1e3 * rest["z"], 1e3 * rest["r"])
-    z, r = 1e3 * rest["z"][seen], 1e3 * rest["r"][seen]
-    dot: dict[str, Any] = {"color": _OTHER, "markeredgewidth": 0.0}
-    axes.plot([], [], "o", markersize=5.0, label="projectile and bumpers", **dot)
-    for side in (1.0, -1.0):
-        axes.plot(z, side * r, "o", markersize=1.8, rasterized=True, zorder=1.5, **dot)
-    Dots(axes, case, view, shadings, cover=1.45).show(item.wall)
+    draw_plain(axes, item.rest, case, view, _OTHER, "projectile and bumpers")
+    Dots(axes, case, view, shadings).show(item.wall)
 
 
 def _draw_marks(axes: Axes, layout: Layout, record: WallRecord) -> None:

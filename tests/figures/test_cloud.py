@@ -7,6 +7,7 @@ from launch import CASES
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from mpi4py import MPI
+from pictures import dots_by_colour, points_per_mm
 
 from mpisph.case import load_case
 from mpisph.core.particles import Particles
@@ -35,7 +36,7 @@ def cloud_particles(strays=0):
     p = Particles.zeros(n)
     p.id[:] = np.arange(n)
     p.body[angle.size :] = 1
-    p.m[:] = 1e-9
+    p.m[:] = 2e-5
     p.r[:] = np.concatenate([14e-3 * np.sin(angle), r.ravel()])
     p.z[:] = np.concatenate([5e-3 + 26e-3 * np.cos(angle), z.ravel()])
     p.u_z[: angle.size] = 4000.0
@@ -108,24 +109,26 @@ def test_both_directions_have_one_scale(tmp_path, case, drawn):
 def test_particles_are_mirrored_and_coloured_by_body(tmp_path, case, drawn):
     axes = draw(tmp_path, case, drawn)
     p = cloud_particles()
-    dots = [x for x in axes.lines if x.get_marker() == "o" and len(x.get_xdata())]
-    for body, line in enumerate(dots):
-        assert line.get_color() == BODY_COLOURS[body]
-        r = np.asarray(line.get_ydata())
-        np.testing.assert_array_equal(np.sort(r), np.sort(-r))
-    sphere = np.asarray(dots[0].get_xdata())
+    dots = dots_by_colour(axes)
+    assert tuple(dots) == BODY_COLOURS[:2]
+    for shown in dots.values():
+        np.testing.assert_array_equal(np.sort(shown[:, 1]), np.sort(-shown[:, 1]))
+    sphere = dots[BODY_COLOURS[0]][:, 0]
     assert sphere.size == 2 * np.count_nonzero(p.body == 0)
     assert sphere.max() == pytest.approx(1e3 * p.z[p.body == 0].max())
     assert [text for text in texts(axes) if text in ("sphere", "plate")]
     assert any(f"{p.n:,} particles, mirrored" in plain(t) for t in texts(axes))
 
 
-def test_dots_have_the_size_of_the_spacing(tmp_path, case, drawn):
+def test_a_dot_covers_the_section_of_its_particle(tmp_path, case, drawn):
     axes = draw(tmp_path, case, drawn)
-    dots = next(x for x in axes.lines if x.get_marker() == "o" and len(x.get_xdata()))
-    z_low, z_high = axes.get_xlim()
-    mm = axes.bbox.width / axes.figure.dpi * 72 / (z_high - z_low)
-    assert dots.get_markersize() == pytest.approx(case.spacing * 1e3 * mm, rel=1e-6)
+    p, rest = cloud_particles(), 2710.0
+    _, r, size = dots_by_colour(axes)[BODY_COLOURS[1]].T
+    assert np.ptp(size) > 0.2 * size.min()
+    mm, pixel = points_per_mm(axes), 72.0 / axes.figure.dpi
+    side = 1e3 * np.sqrt(p.m[-1] / (2.0 * np.pi * 1e-3 * np.abs(r) * rest))
+    # The disc about a square, and a pixel more.
+    np.testing.assert_allclose(size, np.sqrt(2.0) * side * mm + pixel, rtol=0.03)
 
 
 def test_measured_and_computed_sizes_stand_at_their_places(tmp_path, case, drawn):

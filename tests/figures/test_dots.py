@@ -3,14 +3,18 @@
 import numpy as np
 import pytest
 from launch import CASES
-from matplotlib.colors import to_rgb, to_rgba
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from pictures import dots_by_colour, points_per_mm
 
 from mpisph.case import load_case
 from mpisph.figures.dots import (
     Dots,
     Shading,
+    dot_sizes,
     draw_bars,
+    draw_plain,
     find_shadings,
     halves_text,
     legend_entries,
@@ -50,6 +54,8 @@ def snapshot(pressure=0.0, n=1000):
         "body": np.arange(n) % 2,
         "r": np.full(n, 5e-3),
         "z": np.append(np.linspace(0.0, 20e-3, n - 1), 1.0),
+        "m": np.full(n, 1e-9),
+        "rho": np.full(n, 2800.0),
         "u_r": np.full(n, 3e3),
         "u_z": np.full(n, 4e3),
         "P": np.append(np.linspace(0.0, pressure, n - 1), 1e12),
@@ -152,11 +158,10 @@ def test_bodies_without_the_model_are_grey_and_do_not_count(axes):
 def test_a_half_may_have_names(axes, case):
     pair = find_shadings(chosen("body", "damage"), [], VIEW, case)
     Dots(axes, case, VIEW, pair).show(snapshot())
-    filled = [line for line in axes.lines if line.get_marker() == "o"]
-    filled = [line for line in filled if len(line.get_xdata())]
-    for line, colour in zip(filled, BODY_COLOURS, strict=False):
-        assert set(line.get_ydata()) == {5.0}
-        assert to_rgb(line.get_color()) == to_rgb(colour)
+    filled = dots_by_colour(axes)
+    assert tuple(filled) == BODY_COLOURS[:2]
+    for shown in filled.values():
+        assert set(shown[:, 1]) == {5.0}
     names = axes.get_legend_handles_labels()[1]
     assert names == ["sphere, above", "plate, above"]
     assert legend_entries(case, pair) == 3  # with the rear face
@@ -174,3 +179,80 @@ def test_bars_stand_beside_their_halves_with_units(axes, case):
     assert above.get_position().y0 > middle > below.get_position().y1
     assert below.get_position().y0 == pytest.approx(box.y0)
     assert above.get_ylim() == (0.0, 1.0)
+
+
+def test_dots_of_a_lattice_leave_no_gaps_at_any_resolution(axes):
+    for side in (0.5e-3, 0.2e-3, 0.1e-3, 0.05e-3):
+        (size,) = dot_sizes(axes, np.array([side**2]), 1000)
+        diagonal = 1e3 * side * np.sqrt(2.0) * points_per_mm(axes)
+        assert diagonal < size < diagonal + 3.0 * 72.0 / axes.figure.dpi
+
+
+@pytest.mark.parametrize(("count", "pixels"), [(1, 3.0), (8000, 3.0), (30_000, 2.0)])
+def test_what_is_small_or_no_number_is_still_seen(axes, count, pixels):
+    sizes = dot_sizes(axes, np.array([0.0, 1e-18, np.nan]), count)
+    np.testing.assert_allclose(sizes, pixels * 72.0 / axes.figure.dpi)
+
+
+@pytest.mark.parametrize("name", ["body", "speed"])
+def test_solid_matter_is_solid_and_spray_is_spray(case, name):
+    """By pixels: a plate has no gaps; flown apart it has but little more than it is."""
+    side = 0.1e-3
+    ticks = np.arange(0.0, 4e-3, side)
+    z, r = (x.ravel() for x in np.meshgrid(ticks, 3e-3 + ticks))
+    mass, n = 2.0 * np.pi * r * 2710.0 * side**2, z.size
+    plate = {"id": np.arange(n), "body": np.ones(n, int), "u_r": z, "u_z": r}
+    plate |= {"m": mass, "rho": np.full(n, 2710.0), "z": z, "r": r}
+    assert inked(plate, case, name) == 1.0
+
+    far_z, far_r = 5.0 * z, 3e-3 + 4.0 * (r - 3e-3)
+    thin = {"z": far_z, "r": far_r, "rho": 2710.0 * r / (20.0 * far_r)}
+    section = (mass / (2.0 * np.pi * far_r * 2710.0)).sum()
+    share = section / (np.ptp(far_z) * np.ptp(far_r))
+    assert share < 0.03
+    assert share < inked(plate | thin, case, name) < 2.5 * share
+
+
+def inked(arrays, case, name):
+    """Share of the pixels between the outermost particles that show matter."""
+    figure = Figure(figsize=(7.0, 7.0), dpi=200)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False)
+    z, r = (1e3 * arrays[k] for k in "zr")
+    axes.set_xlim(z.min(), z.max())
+    axes.set_ylim(r.min(), r.min() + np.ptp(z))  # to scale
+    shading = Shading(SHOWN_FIELDS[name])
+    view = View(-100.0, 100.0, 100.0)
+    Dots(axes, case, view, [shading]).show(Snapshot(0.0, 0, "", arrays, {}))
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    rows = round(canvas.figure.bbox.height * np.ptp(r) / np.ptp(z))
+    pixels = np.asarray(canvas.buffer_rgba())[-rows:, :, :3]
+    return (pixels < 250).any(axis=2).mean()
+
+
+def test_the_smaller_dots_lie_upon_the_larger_whatever_was_shown_before(axes, case):
+    shot = snapshot(n=100)
+    shot.arrays["r"][:-1] = np.linspace(1e-3, 19e-3, 99)
+    dots = Dots(axes, case, VIEW)
+    for mass, least in ((1e-6, 5), (1e-10, 1), (1e-5, 5)):
+        shot.arrays["m"][:] = mass
+        dots.show(shot)
+        lines = [x for x in axes.lines if x.get_rasterized() and len(x.get_xdata())]
+        plate = [x for x in lines if x.get_color() == BODY_COLOURS[1]]
+        sphere = [x for x in lines if x.get_color() == BODY_COLOURS[0]]
+        drawn = sorted(plate, key=lambda line: line.get_zorder())
+        sizes = [line.get_markersize() for line in drawn]
+        assert sizes == sorted(sizes, reverse=True)
+        assert len(sizes) >= least
+        top = max(line.get_zorder() for line in sphere)
+        assert top < drawn[0].get_zorder()
+        assert drawn[-1].get_zorder() < 3.0
+        assert sum(len(line.get_xdata()) for line in lines) == 2 * 99
+
+
+def test_plain_dots_are_below_and_named(axes, case):
+    draw_plain(axes, snapshot(n=11), case, VIEW, "0.82", "the rest")
+    (shown,) = dots_by_colour(axes).values()
+    assert sorted(shown[:, 1]) == 10 * [-5.0] + 10 * [5.0]
+    assert max(x.get_zorder() for x in axes.lines if x.get_rasterized()) < 2.0
+    assert axes.get_legend_handles_labels()[1] == ["the rest"]

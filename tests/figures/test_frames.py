@@ -7,6 +7,7 @@ import pytest
 from launch import CASES
 from matplotlib.colors import to_rgb
 from mpi4py import MPI
+from pictures import dots_by_colour
 
 from mpisph.case import load_case
 from mpisph.core.particles import Particles
@@ -118,14 +119,14 @@ def test_a_frame_shows_one_snapshot_after_another(tmp_path, case):
     for path in paths:
         snapshot = read_snapshot(path)
         frame.show(snapshot)
-        dots = [x for x in axes.lines if x.get_marker() == "o" and len(x.get_xdata())]
-        assert len(dots) == 2
-        for body, line in enumerate(dots):
+        dots = dots_by_colour(axes)
+        assert tuple(dots) == BODY_COLOURS[:2]
+        for body, shown in enumerate(dots.values()):
             mine = snapshot.arrays["body"] == body
             r = 1e3 * snapshot.arrays["r"][mine]
             seen = r <= frame.view.r_high
-            assert len(line.get_xdata()) == 2 * np.count_nonzero(seen)
-            assert sorted(line.get_ydata()) == pytest.approx(
+            assert len(shown) == 2 * np.count_nonzero(seen)
+            assert sorted(shown[:, 1]) == pytest.approx(
                 sorted(np.concatenate([r[seen], -r[seen]]))
             )
         title = axes.get_title(loc="right")

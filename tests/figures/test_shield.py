@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from pictures import dots_by_colour
 
 from mpisph.figures.cloud import draw_run
 from mpisph.figures.shield import choose_grid, draw_shield
+from mpisph.figures.style import BODY_COLOURS
 from mpisph.figures.view import View, choose_view
 from mpisph.io.run_folder import WHOLE_RUN_FIGURES
 from mpisph.io.snapshot import read_snapshot
@@ -48,13 +50,13 @@ def test_particles_stand_where_the_snapshot_has_them(run, figure):
     lines = {line.get_label(): line for line in axes.lines}
     low, high = axes.get_xlim()
     z, r = 1e3 * arrays["z"], 1e3 * arrays["r"]
-    for body, line in enumerate(
-        line for line in axes.lines if line.get_rasterized() and len(line.get_xdata())
-    ):
+    dots = dots_by_colour(axes)
+    assert tuple(dots) == BODY_COLOURS[:3]
+    for body, shown in enumerate(dots.values()):
         mine = (arrays["body"] == body) & (z >= low) & (z <= high)
         mine &= r <= axes.get_ylim()[1]
-        assert sorted(line.get_xdata()) == sorted([*z[mine], *z[mine]])
-        assert sorted(line.get_ydata()) == sorted([*r[mine], *-r[mine]])
+        assert sorted(shown[:, 0]) == sorted([*z[mine], *z[mine]])
+        assert sorted(shown[:, 1]) == sorted([*r[mine], *-r[mine]])
     assert {"projectile", "bumper", "wall"} <= lines.keys()
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from pictures import dots_by_colour
 from shields import coarse
 
 from mpisph.analysis.wall import wall_layout
@@ -62,9 +63,9 @@ def test_damage_above_and_axial_velocity_below_of_the_wall_alone(run, drawn, tmp
     np.testing.assert_allclose(below.get_offsets(), np.stack([z, -r], 1)[wall])
     np.testing.assert_allclose(above.get_array(), arrays["damage"][wall])
     np.testing.assert_allclose(below.get_array(), arrays["u_z"][wall])
-    grey = [line for line in axes.lines if line.get_color() == "0.82"]
-    others = np.concatenate([line.get_xdata() for line in grey])
-    assert sorted(others) == sorted(np.tile(z[seen & ~wall], 2))
+    others = dots_by_colour(axes)["0.82"]
+    assert sorted(others[:, 0]) == sorted(np.tile(z[seen & ~wall], 2))
+    assert np.unique(others[:, 2]).size > 3
     assert [bar.get_ylabel() for bar in bars] == ["damage", "axial velocity [m/s]"]
     assert below.norm.vmin <= 0.0 <= below.norm.vmax
 
