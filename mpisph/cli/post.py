@@ -23,7 +23,7 @@ Ranges = tuple[tuple[str, str], ...]
 
 
 def field_options(command: Command) -> Command:
-    """Add the options that say what pictures of particles show."""
+    """Add the options that say what the colours of particles show."""
     field = click.option(
         "--field",
         "fields",
@@ -42,18 +42,20 @@ def field_options(command: Command) -> Command:
         "number is in SI.  Given twice: of both fields.  [default: where the values of "
         "the whole run do, but for 1 % at each end]",
     )
-    zoom = click.option(
-        "--zoom",
-        metavar="BODY",
-        help="Show the body of this name close by, in one view that holds it at all "
-        "times.",
-    )
-    return field(limits(zoom(command)))
+    return field(limits(command))
+
+
+zoom_option = click.option(
+    "--zoom",
+    metavar="BODY",
+    help="Show the body of this name close by, in one view that holds it at all times.",
+)
 
 
 @click.command("figures")
 @click.argument("folder", metavar="RUN", type=click.Path(path_type=Path))
 @field_options
+@zoom_option
 def figures_command(
     folder: Path, fields: tuple[str, ...], ranges: Ranges, zoom: str | None
 ) -> None:
@@ -121,7 +123,8 @@ def report_command(paths: tuple[Path, ...], output: Path | None, root: Path) -> 
     "-o",
     "--output",
     type=OutputPath(path_type=Path, dir_okay=False),
-    help="The film.  [default: film.mp4 in the folder RUN, or film_<fields>_<body>.mp4]",
+    help="The film.  [default: film.mp4 in the folder RUN, or film_<fields>_<body>.mp4 "
+    "there]",
 )
 @click.option(
     "--fps",
@@ -129,6 +132,7 @@ def report_command(paths: tuple[Path, ...], output: Path | None, root: Path) -> 
     help="Frames a second.  [default: a film of some seconds]",
 )
 @field_options
+@zoom_option
 def animate_command(
     folder: Path,
     output: Path | None,

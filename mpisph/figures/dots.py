@@ -39,7 +39,7 @@ _LEVELS_OF_COLOUR = 1000
 _COVER = math.sqrt(2.0)
 # Diameter of a dot over the side of the particle's section.
 
-_EDGE = 1.5
+_EDGE = 1.0
 # What is added to the diameter of a dot, for its edge covers pixels in part [pixels].
 
 _LEAST, _FEW = (2.0, 3.0), 1e4
