@@ -25,7 +25,13 @@ from mpisph.diagnostics.cloud import (
 from mpisph.figures.dots import Shading, find_shadings
 from mpisph.figures.fields import SHOWN_FIELDS, Chosen, ShownField
 from mpisph.figures.style import body_colour
-from mpisph.figures.view import View, common_view, exposure_at, measure_cloud
+from mpisph.figures.view import (
+    View,
+    common_view,
+    exposure_at,
+    measure_cloud,
+    only_finite,
+)
 from mpisph.io.snapshot import Snapshot, read_snapshot
 from mpisph.io.stored_run import StoredRun
 from mpisph.viewer.packing import Codes, pack, quantise
@@ -246,7 +252,7 @@ def _lines(snapshot: Snapshot, case: Case) -> list[dict[str, Any]]:
     exposure = exposure_at(case, snapshot.time)
     if case.measured is None:
         return []
-    measure = measure_cloud(snapshot, case)
+    measure = measure_cloud(only_finite(snapshot), case)
     found: list[tuple[str, float | None, float | None]] = []
     if math.isfinite(measure.mass) and measure.mass > 0.0:
         found.append(("computed", measure.radius, measure.length))

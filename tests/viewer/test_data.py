@@ -170,6 +170,32 @@ def test_a_page_has_room_for_so_many_numbers(run, monkeypatch):
     assert both.ids.size == 7
 
 
+def test_a_particle_that_broke_down_lies_nowhere(run, shown, monkeypatch):
+    def broken(path):
+        snapshot = read_snapshot(path)
+        arrays = {name: values.copy() for name, values in snapshot.arrays.items()}
+        for name in ("z", "u_z", "rho", "E"):
+            arrays[name][arrays["id"] == 7] = np.nan
+        return snapshot._replace(arrays=arrays)
+
+    monkeypatch.setattr(data, "read_snapshot", broken)
+    some = describe_run(run, choose_sample(run))
+    assert json.loads(some.json)
+    columns = len(some.description["frames"][0]["ranges"])
+    for k, (got, want) in enumerate(
+        zip(
+            unpack(some.frames[1], columns),
+            unpack(shown.frames[1], columns),
+            strict=True,
+        )
+    ):
+        if k == 0:
+            assert got[7] == NO_VALUE
+            assert (got == NO_VALUE).sum() == 1
+        if k == 1:
+            assert np.array_equal(got, want)
+
+
 def test_the_description_is_json_without_odd_numbers(shown):
     def refuse(text):
         raise AssertionError(text)

@@ -361,7 +361,8 @@
       for (let k = 0; k < count; k++) {
         const i = order[k];
         const radius = rLow + rStep * r[i];
-        places[2 * k] = zLow + zStep * z[i];
+        // Of a run that broke down, some particles lie nowhere.
+        places[2 * k] = z[i] === NO_VALUE || r[i] === NO_VALUE ? 1e9 : zLow + zStep * z[i];
         places[2 * k + 1] = radius;
         sizes[k] = DISC * Math.sqrt(ring[i] / Math.max(radius, nearest[i]));
       }
