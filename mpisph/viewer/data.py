@@ -83,6 +83,21 @@ class Sample(NamedTuple):
         return f"{' at '.join(parts)} are shown" if parts else ""
 
 
+class Frame(NamedTuple):
+    """A time of a run as a page shows it.
+
+    Attributes
+    ----------
+    description : dict
+        Its time, the ranges of its columns, and sizes of the cloud.
+    packed : bytes
+        Codes: axial positions, radii, and each field.
+    """
+
+    description: dict[str, Any]
+    packed: bytes
+
+
 class Shown(NamedTuple):
     """A run as a page shows it.
 
@@ -95,7 +110,7 @@ class Shown(NamedTuple):
         Packed codes of what does not change: body, material, strength of the ring, and
         the lower and the higher half of the id.
     frames : list of bytes
-        Packed codes at each time: axial positions, radii, and each field.
+        Packed codes at each time, see `Frame`.
     keys : list of str
         Names of the snapshots.
     """
@@ -155,7 +170,10 @@ def choose_sample(
 
 
 def describe_run(
-    run: StoredRun, sample: Sample, chosen: Sequence[Chosen] = ()
+    run: StoredRun,
+    sample: Sample,
+    chosen: Sequence[Chosen] = (),
+    kept: dict[tuple[Path, int], Frame] | None = None,
 ) -> Shown:
     """Return what a page shows of a run.
 
@@ -166,22 +184,34 @@ def describe_run(
     sample : Sample
     chosen : sequence of Chosen, optional
         Fields whose colours have limits of their own.
+    kept : dict, optional
+        Frames of an earlier call by snapshot and number of particles; new ones are
+        added.
 
     Raises
     ------
     OSError
         If a snapshot cannot be read.
     """
-    case = run.case
+    case, kept = run.case, {} if kept is None else kept
     paths = [path for path, _ in sample.snapshots]
-    snapshots = [_only(read_snapshot(path), sample.ids) for path in paths]
-    fields = shown_fields(case, list(snapshots[0].arrays))
+
+    def read(path: Path) -> Snapshot:
+        return _only(read_snapshot(path), sample.ids)
+
+    first = read(paths[0])
+    fields = shown_fields(case, list(first.arrays))
     view = common_view(paths, case)
     limits = {each.field.name: each.limits for each in chosen}
     asked = [Chosen(field, limits.get(field.name)) for field in fields]
-    shadings = find_shadings(asked, snapshots, view, case)
-    frames = [_frame(snapshot, case, fields) for snapshot in snapshots]
-    fixed, ranges = _fixed(snapshots[0], case, sample)
+    shadings = find_shadings(asked, map(read, paths), view, case)
+    frames = []
+    for path in paths:
+        key = path, sample.ids.size
+        if key not in kept:
+            kept[key] = _frame(read(path), case, fields)
+        frames.append(kept[key])
+    fixed, ranges = _fixed(first, case, sample)
     description = {
         "name": run.name,
         "title": case.title,
@@ -198,9 +228,9 @@ def describe_run(
         "materials": SHOWN_FIELDS["material"].names(case),  # type: ignore[misc]
         "faces": _rear_faces(case),
         "fields": [_scale(shading, case) for shading in shadings],
-        "frames": [description for description, _ in frames],
+        "frames": [frame.description for frame in frames],
     }
-    packed = [codes for _, codes in frames]
+    packed = [frame.packed for frame in frames]
     return Shown(description, fixed, packed, [path.stem for path in paths])
 
 
@@ -230,10 +260,8 @@ def _fixed(
     return pack([*columns, codes, *halves]), {"ring": [low, high]}
 
 
-def _frame(
-    snapshot: Snapshot, case: Case, fields: Sequence[ShownField]
-) -> tuple[dict[str, Any], bytes]:
-    """Return a time as JSON describes it, and its packed codes."""
+def _frame(snapshot: Snapshot, case: Case, fields: Sequence[ShownField]) -> Frame:
+    """Return a time of a run."""
     a = snapshot.arrays
     places = [1e3 * a["z"], 1e3 * a["r"]]
     values = [field.shown(a, case) for field in fields]
@@ -243,7 +271,7 @@ def _frame(
         "ranges": [[low, high] for _, low, high in columns],
         "lines": _lines(snapshot, case),
     }
-    return description, pack([codes for codes, _, _ in columns])
+    return Frame(description, pack([codes for codes, _, _ in columns]))
 
 
 def _lines(snapshot: Snapshot, case: Case) -> list[dict[str, Any]]:

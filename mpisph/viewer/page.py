@@ -23,7 +23,7 @@ from mpisph.figures.view import common_view, exposure_at
 from mpisph.io.files import write_text
 from mpisph.io.snapshot import read_snapshot
 from mpisph.io.stored_run import StoredRun, read_run
-from mpisph.viewer.data import MOST_PARTICLES, Shown, choose_sample, describe_run
+from mpisph.viewer.data import MOST_PARTICLES, Frame, Shown, choose_sample, describe_run
 
 VIEW_FILE = "view.html"
 
@@ -164,9 +164,10 @@ def shown_run(
     chosen: Sequence[Chosen] = (),
     most: int = MOST_PARTICLES,
     share: float = 1.0,
+    kept: dict[tuple[Path, int], Frame] | None = None,
 ) -> Shown:
-    """Return what a page shows of a run; see `choose_sample`."""
-    return describe_run(run, choose_sample(run, most, share), chosen)
+    """Return what a page shows of a run; see `choose_sample` and `describe_run`."""
+    return describe_run(run, choose_sample(run, most, share), chosen, kept)
 
 
 def make_view(

@@ -16,7 +16,7 @@ from mpisph.core.errors import MpisphError
 from mpisph.figures.fields import Chosen
 from mpisph.io.standing import standing
 from mpisph.io.status import FINAL
-from mpisph.viewer.data import MOST_PARTICLES, Shown
+from mpisph.viewer.data import MOST_PARTICLES, Frame, Shown
 from mpisph.viewer.page import make_view, page, read_runs, shown_run
 
 HOST = "127.0.0.1"
@@ -47,6 +47,7 @@ class Followed:
         self._folders, self._chosen, self._most = folders, chosen, most
         self._lock = threading.Lock()
         self._seen: list[list[Path]] = []
+        self._kept: dict[tuple[Path, int], Frame] = {}
         self.runs = self._look()
         self.shown: list[Shown] = []
         self.over = False
@@ -68,7 +69,8 @@ class Followed:
                 if seen != self._seen:
                     share = 1.0 / len(runs)
                     self.shown = [
-                        shown_run(run, self._chosen, self._most, share) for run in runs
+                        shown_run(run, self._chosen, self._most, share, self._kept)
+                        for run in runs
                     ]
                     self.runs, self._seen = runs, seen
                 self.over = over

@@ -12,6 +12,7 @@ from report_pages import Page
 
 from mpisph.io.snapshot import SERIES_FILE
 from mpisph.io.stored_run import read_run
+from mpisph.viewer import data
 from mpisph.viewer.serve import make_server
 
 
@@ -82,8 +83,13 @@ def test_the_page_has_no_particles_and_fetches_them(finished, served):
     assert len(zlib.decompress(fetch("/runs/0/fixed"))) == 2 * 5 * run["particles"]
 
 
-def test_new_snapshots_are_shown(underway, served):
+def test_new_snapshots_are_shown_and_the_others_not_made_again(
+    underway, served, monkeypatch
+):
     folder, go_on = underway
+    made = []
+    make = data._frame
+    monkeypatch.setattr(data, "_frame", lambda *of: made.append(of) or make(*of))
     fetch = served(folder)
     before = json.loads(fetch("/runs.json"))
     assert not before["over"]
@@ -94,7 +100,7 @@ def test_new_snapshots_are_shown(underway, served):
         [frame["key"] for frame in x["runs"][0]["frames"]] for x in (before, after)
     )
     assert new[: len(kept)] == kept
-    assert len(new) == len(kept) + 2
+    assert len(new) == len(kept) + 2 == len(made)
     assert fetch(f"/runs/0/frames/{new[-1]}")
 
 
