@@ -8,9 +8,10 @@ from typing import NamedTuple
 from mpi4py import MPI
 from rich.console import Console
 
-from mpisph.bench import PARTS
+from mpisph.bench import PARTS, SCENES, SMALL_NPR
+from mpisph.bench.against import SOURCES, Side, compare, other_side
 from mpisph.bench.measure import measure, on_ranks, peak_memory, reset_peak
-from mpisph.bench.record import BenchRecord, Machine, Measurement, Scaling
+from mpisph.bench.record import BenchRecord, Comparison, Machine, Measurement, Scaling
 from mpisph.bench.scenes import (
     Scene,
     keep_late_start,
@@ -21,6 +22,7 @@ from mpisph.bench.scenes import (
 from mpisph.bench.startup import measure_start_up
 from mpisph.case import Case, load_case
 from mpisph.case.sections import PAIR_FORMS
+from mpisph.core.errors import InputError
 from mpisph.io.provenance import cpu_model, git_revision, versions
 from mpisph.parallel.collectives import from_root
 from mpisph.solver.start import start
@@ -43,6 +45,8 @@ class Options(NamedTuple):
     repeats : int
     parts : sequence of str
         Of `PARTS`.
+    overrides : tuple of str
+        Changes ``key=value`` of the shot.
     """
 
     npr: int
@@ -51,6 +55,7 @@ class Options(NamedTuple):
     steps: int
     repeats: int
     parts: tuple[str, ...] = PARTS
+    overrides: tuple[str, ...] = ()
 
 
 class _Job(NamedTuple):
@@ -87,7 +92,7 @@ def bench(
         On all ranks.
     """
     machine = comm.bcast(_machine())
-    title = _load(case_file, comm, options.npr).title
+    title = _load(case_file, comm, options, options.npr).title
     _say(comm, console, "compiling where needed")
     warm_up(comm)
     for form in PAIR_FORMS:  # loads all compiled code: it is no memory of particles
@@ -119,6 +124,69 @@ def bench(
     )
 
 
+def bench_against(
+    case_file: Path,
+    comm: MPI.Intracomm,
+    options: Options,
+    console: Console,
+    against: str,
+    pairs: int,
+) -> BenchRecord:
+    """Compare this program with another, or with another setting; collective.
+
+    Parameters
+    ----------
+    case_file, comm, options, console
+        See `bench`; the start-up is not compared.
+    against : str
+        See `against.other_side`.
+    pairs : int
+        How often each is started.
+
+    Returns
+    -------
+    BenchRecord
+        On all ranks.
+
+    Raises
+    ------
+    CaseError, MpisphError, OSError
+        On all ranks.
+    """
+    title = _load(case_file, comm, options, options.npr).title
+    _say(comm, console, f"in turns with {against}, {pairs} times each")
+    # The block is no case, and knows of no setting.
+    left_out = {"block"} if "=" in against else set()
+    scenes = [scene for scene in SCENES if scene in options.parts]
+    scenes = [scene for scene in scenes if scene not in left_out]
+    if not scenes:
+        raise InputError(f"--against {against}: there is no scene to time with it")
+    command = [str(case_file.resolve()), "--npr", f"{options.npr}"]
+    command += ["--late", f"{options.late!r}s", "--steps", f"{options.steps}"]
+    # Both begin late scenes from the same particles.
+    store = options.store.resolve()
+    command += ["--repeats", f"{options.repeats}", "--store", str(store)]
+
+    def compare_here() -> list[Comparison]:
+        other = other_side(against, store)
+        overrides = options.overrides
+        this = Side("this program", SOURCES, overrides)
+        other = other._replace(overrides=(*overrides, *other.overrides))
+        return compare((this, other), command, comm.size, pairs, scenes)
+
+    machine = comm.bcast(_machine())
+    return BenchRecord(
+        case=title,
+        measurements=(),
+        start_up=None,
+        machine=machine,
+        versions=versions(),
+        revision=comm.bcast(git_revision() if comm.rank == 0 else ""),
+        against=against,
+        comparisons=tuple(on_ranks(comm, 1, lambda _: compare_here())),
+    )
+
+
 def _measure_job(
     job: _Job, options: Options, idle_memory: int, comm: MPI.Intracomm
 ) -> Measurement:
@@ -136,7 +204,12 @@ def _jobs(
     the system it may keep, and the next peak would show it.
     """
     base = _scenes(case_file, comm, options, options.npr, console)
-    jobs = [
+    jobs = []
+    if "small" in options.parts:
+        case = _load(case_file, comm, options, SMALL_NPR)
+        scene = Scene("small", SMALL_NPR, partial(start, case))
+        jobs = [_Job("strong", ranks, scene) for ranks in rank_counts(comm.size)]
+    jobs += [
         _Job("strong", ranks, scene)
         for ranks in reversed(rank_counts(comm.size))
         for scene in base
@@ -152,7 +225,7 @@ def _scenes(
     case_file: Path, comm: MPI.Intracomm, options: Options, npr: int, console: Console
 ) -> list[Scene]:
     """Return the scenes of one resolution."""
-    case = _load(case_file, comm, npr)
+    case = _load(case_file, comm, options, npr)
     scenes = []
     if "block" in options.parts:
         scenes.append(Scene("block", npr, partial(start_block, npr)))
@@ -165,9 +238,10 @@ def _scenes(
     return scenes
 
 
-def _load(case_file: Path, comm: MPI.Intracomm, npr: int) -> Case:
+def _load(case_file: Path, comm: MPI.Intracomm, options: Options, npr: int) -> Case:
     """Read the case on rank 0, for all ranks."""
-    return from_root(comm, lambda: load_case(case_file, [f"resolution.npr={npr}"]))
+    overrides = [*options.overrides, f"resolution.npr={npr}"]
+    return from_root(comm, lambda: load_case(case_file, overrides))
 
 
 def rank_counts(size: int) -> list[int]:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 
 from mpisph.io.files import write_text
 
-SceneName = Literal["block", "impact", "late"]
+SceneName = Literal["block", "impact", "late", "small"]
 Scaling = Literal["strong", "weak"]
 
 
@@ -54,7 +54,8 @@ class Measurement(_Model):
     """The steady loop of one scene on some ranks."""
 
     scene: SceneName
-    """A uniform block at rest; the shot at impact; the shot at a late time."""
+    """A uniform block at rest; the shot at impact; the shot at a late time; the shot at
+    impact with some thousand particles."""
     scaling: Scaling
     """``strong``: the same particles on any ranks; ``weak``: the same for each rank."""
     ranks: int
@@ -87,6 +88,25 @@ class Measurement(_Model):
     """Wall time to write one snapshot [ms]."""
     memory: float | None
     """Growth of the ranks' peak memory for each particle [bytes]; None if unknown."""
+
+
+class Comparison(_Model):
+    """One scene of this program beside that of another, or with another setting."""
+
+    scene: SceneName
+    """See `Measurement`."""
+    scaling: Scaling
+    """See `Measurement`."""
+    ranks: int
+    """Number of ranks."""
+    particles: int
+    """Number of particles on all ranks."""
+    step_ms: Spread
+    """Wall time of one step of this program, of all starts [ms]."""
+    other_step_ms: Spread
+    """That of the other [ms]."""
+    ratio: Spread
+    """The first over the second, of each pair of starts."""
 
 
 class StartUp(_Model):
@@ -126,6 +146,10 @@ class BenchRecord(_Model):
     """Versions of the software."""
     revision: str
     """Revision of the source."""
+    against: str | None = None
+    """What it was compared with."""
+    comparisons: tuple[Comparison, ...] = ()
+    """With that, in turns."""
 
 
 def write_bench(path: Path, record: BenchRecord) -> None:

@@ -37,7 +37,7 @@ class Scene(NamedTuple):
 
     Attributes
     ----------
-    name : {"block", "impact", "late"}
+    name : {"block", "impact", "late", "small"}
     npr : int
         Its resolution.
     start : callable

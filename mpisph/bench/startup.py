@@ -76,7 +76,7 @@ def _launch(case_file: Path, ranks: int, folder: Path, cache: Path) -> float:
         command += ["--set", override]
     command += ["-o", str(folder), "--force"]
     if ranks > 1:
-        command = [_mpirun(), "-n", str(ranks), *command]
+        command = [mpirun(), "-n", str(ranks), *command]
     begin = time.time()
     done = subprocess.run(
         command,
@@ -93,7 +93,14 @@ def _launch(case_file: Path, ranks: int, folder: Path, cache: Path) -> float:
     return first_step - begin
 
 
-def _mpirun() -> str:
+def mpirun() -> str:
+    """Return the program that starts others on several ranks.
+
+    Raises
+    ------
+    MpisphError
+        If there is none.
+    """
     for name in ("mpirun", "mpiexec"):
         if found := shutil.which(name):
             return found

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from rich.markup import escape
 from rich.table import Table
 
-from mpisph.bench.record import BenchRecord, Measurement, Spread
+from mpisph.bench.record import BenchRecord, Comparison, Measurement, Spread
 
 
 def tables(record: BenchRecord) -> list[Table]:
@@ -18,8 +18,8 @@ def tables(record: BenchRecord) -> list[Table]:
     Returns
     -------
     list of rich.table.Table
-        Whole steps, their timers, what else they take, and start-up, as far as they
-        were measured.
+        Whole steps, their timers, what else they take, start-up, and the comparison
+        with another program or setting, as far as they were measured.
     """
     found = []
     if record.measurements:
@@ -27,6 +27,8 @@ def tables(record: BenchRecord) -> list[Table]:
         found += [make(record.measurements) for make in parts]
     if record.start_up is not None:
         found.append(_start_up(record))
+    if record.comparisons:
+        found.append(_comparisons(record))
     return found
 
 
@@ -107,7 +109,26 @@ def _start_up(record: BenchRecord) -> Table:
     return table
 
 
-def _name(m: Measurement) -> str:
+def _comparisons(record: BenchRecord) -> Table:
+    table = _scene_table(
+        f"This program against {record.against}, in turns",
+        "Median [smallest, largest] of all starts. Ratio: within each pair of starts; "
+        "below one, this program is faster.",
+        ("particles", "ms a step", "the other's", "ratio"),
+    )
+    for c in record.comparisons:
+        table.add_row(
+            _name(c),
+            f"{c.ranks}",
+            f"{c.particles}",
+            _text(c.step_ms, 2),
+            _text(c.other_step_ms, 2),
+            _text(c.ratio, 3),
+        )
+    return table
+
+
+def _name(m: Measurement | Comparison) -> str:
     return m.scene if m.scaling == "strong" else f"{m.scene}, weak"
 
 

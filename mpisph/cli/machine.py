@@ -69,6 +69,20 @@ def _positive_time(_: click.Context, option: click.Parameter, text: str) -> floa
     multiple=True,
     help="Measure this alone (repeatable).",
 )
+@set_option
+@click.option(
+    "--against",
+    metavar="OLD",
+    help="Compare with OLD, in turns: a revision of the sources, a folder of others, "
+    "or a setting KEY=VALUE of the case. Prints the ratio of step times.",
+)
+@click.option(
+    "--pairs",
+    type=click.IntRange(min=1),
+    default=5,
+    show_default=True,
+    help="How often each is started, with --against.",
+)
 @click.option(
     "-o",
     "--output",
@@ -85,27 +99,37 @@ def bench_command(
     repeats: int,
     steps: int,
     only: tuple[str, ...],
+    overrides: tuple[str, ...],
+    against: str | None,
+    pairs: int,
     output: Path,
 ) -> None:
     """Measure the speed of this program on this machine.
 
     A block of particles, the shot CASE (4-1353 by default) at impact and at a late
-    time, on one rank and on more, up to those that mpirun started; then the start-up.
+    time, and with some thousand particles, on one rank and on more, up to those that
+    mpirun started; then the start-up.
     """
-    from mpisph.bench.bench import Options, bench
+    from mpisph.bench.bench import Options, bench, bench_against
     from mpisph.bench.record import write_bench
     from mpisph.bench.tables import tables
 
     comm = MPI.COMM_WORLD
     options = Options(
-        npr, late, store or CACHE_FOLDER.parent / "bench", steps, repeats, only or PARTS
+        npr,
+        late,
+        store or CACHE_FOLDER.parent / "bench",
+        steps,
+        repeats,
+        only or PARTS,
+        overrides,
     )
-    record = bench(
-        case_file or shipped("piekutowski-4-1353.toml"),
-        comm,
-        options,
-        open_console(stderr=True),
-    )
+    shot = case_file or shipped("piekutowski-4-1353.toml")
+    console = open_console(stderr=True)
+    if against is None:
+        record = bench(shot, comm, options, console)
+    else:
+        record = bench_against(shot, comm, options, console, against, pairs)
     on_root(comm, lambda: write_bench(output, record))
     if comm.rank == 0:
         console = open_console(stderr=False)
