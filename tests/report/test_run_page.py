@@ -49,6 +49,7 @@ def dots(monkeypatch):
     monkeypatch.setattr(run_page, "draw_wall", lambda *given: dot(given[1]))
     monkeypatch.setattr(run_page, "draw_history", lambda *given: dot(given[2]))
     monkeypatch.setattr(run_page.Frame, "save", lambda _, out: dot(out))
+    monkeypatch.setattr(run_page, "_played", lambda *_: None)
     analysis = AnalysisFigure("Dot", "a dot", lambda *given: dot(given[2]))
     monkeypatch.setattr(run_page, "ANALYSES", (analysis,))
 
