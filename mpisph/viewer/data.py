@@ -227,6 +227,10 @@ def describe_run(
         ],
         "materials": SHOWN_FIELDS["material"].names(case),  # type: ignore[misc]
         "faces": _rear_faces(case),
+        "planes": [
+            1e3 * plane if math.isfinite(plane) else None
+            for plane in case.boundary.planes
+        ],
         "fields": [_scale(shading, case) for shading in shadings],
         "frames": [frame.description for frame in frames],
     }

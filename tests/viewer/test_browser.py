@@ -292,7 +292,10 @@ def test_runs_side_by_side_stay_in_step(opened, finished, judged, tmp_path):
             frame = ask(tab, f"v.items[{index}].frame")
             assert frame == max(len(passed) - 1, 0)
     assert max(ends) == pytest.approx(times[-1])
-    tab.mouse.move(*place_of(tab, 3, 0))
+    tab.get_by_label("colours", exact=True).select_option("damage")
+    heads = tab.locator("h2 span").all_inner_texts()
+    assert ["no damage" in head for head in heads] == [True, False]
+    tab.locator(".viewer-stage").first.click()
     tab.keyboard.press("+")
     zooms = ask(tab, "v.items.map((item) => item.view.zoom)")
     assert zooms[0] == pytest.approx(zooms[1])

@@ -120,6 +120,15 @@ def test_a_shield_has_no_sizes_of_a_cloud(judged):
     assert "damage" in [field["name"] for field in about["fields"]]
 
 
+def test_rigid_planes_are_told(run):
+    assert describe_run(run, choose_sample(run)).description["planes"] == [None, None]
+    boundary = run.case.boundary.model_copy(update={"z_max": 0.08})
+    case = run.case.model_copy(update={"boundary": boundary})
+    sample = choose_sample(run)
+    about = describe_run(run._replace(case=case), sample).description
+    assert about["planes"] == [None, pytest.approx(80.0)]
+
+
 def test_a_field_that_a_body_lacks_has_no_value_there(run, shown, monkeypatch):
     with monkeypatch.context() as patched:
         given = [True] + [False] * (len(run.case.bodies) - 1)

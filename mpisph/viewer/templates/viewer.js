@@ -89,6 +89,11 @@
       return this.known.get(this.about.frames[frame].key);
     }
 
+    has(name) {
+      return this.fields.some((field) => field.name === name);
+    }
+
+    // By body where the run has no such field.
     field(name) {
       return this.fields.find((field) => field.name === name) || this.fields.find((field) => field.name === "body");
     }
@@ -349,7 +354,9 @@
       const columns = this.run.columns(this.frame);
       if (!columns) return;
       const frame = this.run.about.frames[this.frame];
-      this.when.textContent = `t = ${shortNumber(frame.time)} µs ${this.run.about.origin}`;
+      const lacks = [...new Set([this.viewer.above, this.viewer.below])].filter((name) => !this.run.has(name));
+      const without = lacks.length ? `; no ${lacks.join(", no ")}: coloured by body` : "";
+      this.when.textContent = `t = ${shortNumber(frame.time)} µs ${this.run.about.origin}${without}`;
       const order = this.viewer.visible(this.run);
       const count = order.length;
       const places = new Float32Array(2 * count);
@@ -449,6 +456,9 @@
         pen.setLineDash(dash);
         pen.stroke();
       };
+      const [low, high] = this.run.about.planes;
+      if (low !== null) this.shade(pen, colour("stage-soft"), 0, x(low), height);
+      if (high !== null) this.shade(pen, colour("stage-soft"), x(high), width, height);
       line([[0, y(0)], [width, y(0)]], colour("stage-soft"), [8, 3, 2, 3], 0.8);
       for (const z of this.run.about.faces) line([[x(z), 0], [x(z), height]], colour("stage-soft"), [], 0.9);
       if (this.viewer.lines) {
@@ -465,6 +475,15 @@
         }
       }
       this.drawTicks(pen, colour("stage-ink"), colour("stage"), x, y, scale, width, height);
+    }
+
+    // What lies behind a rigid plane.
+    shade(pen, colour, left, right, height) {
+      if (right <= left) return;
+      pen.fillStyle = colour;
+      pen.globalAlpha = 0.3;
+      pen.fillRect(left, 0, right - left, height);
+      pen.globalAlpha = 1;
     }
 
     drawTicks(pen, ink, paper, x, y, scale, width, height) {
@@ -504,7 +523,7 @@
       }
       write("z [mm]", width - 6, height - 7, "right", "bottom");
       const rLow = this.view.target[1] - height / 2 / scale;
-      for (let r = from(rLow); y(r) > 22; r += step) {
+      for (let r = from(rLow); y(r) > 30; r += step) {
         if (y(r) > height - 26) continue;
         tick(0, y(r), 5, y(r));
         write(text(Math.abs(r)), 8, y(r), "left", "middle");
@@ -760,7 +779,7 @@
         const box = make("div", field.names ? "viewer-key" : "viewer-scale");
         if (field.names) {
           box.append(`${where}${field.label}`);
-          const keys = this.runs.flatMap((run) => run.field(name).names.map((text, k) => `${k % this.palette.length} ${text}`));
+          const keys = this.runs.filter((run) => run.has(name)).flatMap((run) => run.field(name).names.map((text, k) => `${k % this.palette.length} ${text}`));
           for (const key of new Set(keys)) {
             const item = make("span");
             const swatch = make("span", "viewer-swatch");
