@@ -3,7 +3,7 @@
 import os
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 from rich.console import Console
@@ -114,13 +114,12 @@ def bench(
             1,
             lambda _: measure_start_up(case_file, comm.size, options.repeats),
         )
-    return BenchRecord(
+    return _record(
+        comm,
         case=title,
         measurements=tuple(measurements),
         start_up=start_up,
         machine=machine,
-        versions=versions(),
-        revision=comm.bcast(git_revision() if comm.rank == 0 else ""),
     )
 
 
@@ -175,16 +174,21 @@ def bench_against(
         return compare((this, other), command, comm.size, pairs, scenes)
 
     machine = comm.bcast(_machine())
-    return BenchRecord(
+    return _record(
+        comm,
         case=title,
         measurements=(),
         start_up=None,
         machine=machine,
-        versions=versions(),
-        revision=comm.bcast(git_revision() if comm.rank == 0 else ""),
         against=against,
         comparisons=tuple(on_ranks(comm, 1, lambda _: compare_here())),
     )
+
+
+def _record(comm: MPI.Intracomm, **found: Any) -> BenchRecord:
+    """Return what was found, with the program that found it; collective."""
+    revision = comm.bcast(git_revision() if comm.rank == 0 else "")
+    return BenchRecord(versions=versions(), revision=revision, **found)
 
 
 def _measure_job(

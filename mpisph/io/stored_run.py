@@ -1,5 +1,6 @@
 """A run as its folder holds it, whether it has ended or not."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -124,6 +125,21 @@ def read_run(folder: Path, name: str = "") -> StoredRun:
         warnings=_warnings(folder),
         probes=_probes(folder, case),
     )
+
+
+def read_runs(folders: Sequence[Path]) -> list[StoredRun]:
+    """Read several runs; those whose folders have one name get that of the one above.
+
+    Raises
+    ------
+    MpisphError, OSError
+        See `read_run`.
+    """
+    whole = [folder.resolve() for folder in folders]
+    names = [path.name for path in whole]
+    if len(set(names)) < len(set(whole)):
+        names = ["/".join(path.parts[-2:]) for path in whole]
+    return [read_run(f, name) for f, name in zip(folders, names, strict=True)]
 
 
 def _result(folder: Path) -> Result | None:

@@ -31,7 +31,7 @@ from mpisph.figures.view import View, choose_view, common_view, only_finite
 from mpisph.figures.wall import draw_wall, reason_text
 from mpisph.io.files import write_text
 from mpisph.io.snapshot import read_snapshot
-from mpisph.io.stored_run import StoredRun, read_run
+from mpisph.io.stored_run import StoredRun, read_runs
 from mpisph.io.verdict import Outcome
 from mpisph.report.analysis import ANALYSES, analysis_tables, has_debris
 from mpisph.report.page import Figure, Notice, Table, render
@@ -266,8 +266,7 @@ def write_report(
     OSError
         If a file cannot be read or written.
     """
-    names = _names(folders)
-    runs = [read_run(f, name) for f, name in zip(folders, names, strict=True)]
+    runs = read_runs(folders)
     placed = [(run, f"run-{index}") for index, run in enumerate(runs, 1)]
     tables = [runs_table(placed), comparison_table(placed)] if len(runs) > 1 else []
     views = [_run_view(run, place, len(placed)) for run, place in placed]
@@ -292,15 +291,6 @@ def _page_title(varied: Sequence[StudyView], views: Sequence[RunView]) -> str:
     studies = "1 study" if len(varied) == 1 else f"{len(varied)} studies"
     kinds = [studies] * bool(varied) + [counted(len(views), "run")] * bool(views)
     return f"{' and '.join(kinds)} of mpisph"
-
-
-def _names(folders: Sequence[Path]) -> list[str]:
-    """Return the folders' names, with those above them where names are the same."""
-    whole = [folder.resolve() for folder in folders]
-    names = [path.name for path in whole]
-    if len(set(names)) < len(set(whole)):
-        names = ["/".join(path.parts[-2:]) for path in whole]
-    return names
 
 
 def _run_view(run: StoredRun, place: str, runs: int) -> RunView:

@@ -20,9 +20,10 @@ from mpisph.figures.dots import find_shadings
 from mpisph.figures.embed import embed
 from mpisph.figures.fields import BODY, Chosen, require_fields
 from mpisph.figures.view import common_view, exposure_at
+from mpisph.io import stored_run
 from mpisph.io.files import write_text
 from mpisph.io.snapshot import read_snapshot
-from mpisph.io.stored_run import StoredRun, read_run
+from mpisph.io.stored_run import StoredRun
 from mpisph.viewer.data import MOST_PARTICLES, Frame, Shown, choose_sample, describe_run
 
 VIEW_FILE = "view.html"
@@ -146,11 +147,7 @@ def read_runs(folders: Sequence[Path], chosen: Sequence[Chosen]) -> list[StoredR
     InputError
         If a folder holds no run, or one without snapshots or without a field.
     """
-    whole = [folder.resolve() for folder in folders]
-    names = [path.name for path in whole]
-    if len(set(names)) < len(names):
-        names = ["/".join(path.parts[-2:]) for path in whole]
-    runs = [read_run(f, name) for f, name in zip(folders, names, strict=True)]
+    runs = stored_run.read_runs(folders)
     for run in runs:
         if not run.snapshots:
             raise InputError(f"{run.folder}: no snapshots yet")
