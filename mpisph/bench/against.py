@@ -10,15 +10,15 @@ import re
 import shutil
 import subprocess
 import sys
-import tarfile
 import tempfile
 from collections.abc import Iterator, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
+from zipfile import ZipFile
 
 import mpisph
-from mpisph.bench import SCENES
+from mpisph.bench import PARTS, SCENES
 from mpisph.bench.record import BenchRecord, Comparison, Measurement, Spread, read_bench
 from mpisph.bench.startup import launch_environment, mpirun, on_all_cores
 from mpisph.core.errors import InputError, MpisphError
@@ -99,13 +99,13 @@ def _git(*arguments: str) -> bytes | None:
 
 def _unpack(commit: str, place: Path) -> None:
     """Write the package of a commit into a folder that appears when it is whole."""
-    packed = _git("archive", "--format=tar", commit, "mpisph")
+    packed = _git("archive", "--format=zip", commit, "mpisph")
     if packed is None:
         raise InputError(f"--against {commit}: it has no package mpisph")
     place.parent.mkdir(parents=True, exist_ok=True)
     part = Path(tempfile.mkdtemp(dir=place.parent, prefix="part"))
-    with tarfile.open(fileobj=BytesIO(packed)) as archive:
-        archive.extractall(part, filter="data")
+    with ZipFile(BytesIO(packed)) as archive:
+        archive.extractall(part)
     try:
         part.rename(place)
     except OSError:  # another process was faster
@@ -168,6 +168,8 @@ def _each(option: str, values: Sequence[str]) -> Iterator[str]:
 
 def _parts_of(side: Side) -> list[str]:
     """Return what a program can measure; older ones know less."""
+    if side.sources == SOURCES:
+        return list(PARTS)
     done = _start(side, ["--help"], 1)
     found = re.search(r"--only \[([\w|-]+)\]", done.stdout)
     return found.group(1).split("|") if found else []

@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from launch import MPISPH, launch
+from launch import MPISPH, call, launch
 
 from mpisph.bench import against
 from mpisph.bench.against import SOURCES, Side, compare, other_side
@@ -61,7 +61,7 @@ class Programs:
 
 
 def sides(*overrides):
-    return Side("this", SOURCES), Side("that", SOURCES, overrides)
+    return Side("this", SOURCES), Side("that", SOURCES / "older", overrides)
 
 
 BOTH = ["block", "impact", "late", "small", "start-up"]
@@ -181,6 +181,6 @@ def test_two_settings_are_compared(tmp_path):
     assert small["ratio"]["median"] > 0.0
     assert "against resolution.nph=1.6, in turns" in done.stdout
     only = ("--only", "block", "--against", "resolution.nph=1.6")
-    refused = launch(1, MPISPH, "bench", *only, "-o", tmp_path / "x.json")
+    refused = call("bench", *only, "-o", tmp_path / "x.json")
     assert refused.returncode == 2
     assert "there is no scene to time with it" in refused.stderr
