@@ -10,6 +10,7 @@ FLAGS = (
     "--no-sandbox",
     "--no-first-run",
     "--disable-quic",
+    "--disable-dev-shm-usage",
     "--disable-sync",
     "--disable-background-networking",
     "--disable-component-update",
