@@ -121,7 +121,8 @@ def report_command(paths: tuple[Path, ...], output: Path | None, root: Path) -> 
     "-o",
     "--output",
     type=OutputPath(path_type=Path, dir_okay=False),
-    help="The film.  [default: film.mp4 in the folder RUN, or film_<fields>_<body>.mp4]",
+    help="The film.  [default: film.mp4 in the folder RUN, or "
+    "film_<fields>_<body>.mp4]",
 )
 @click.option(
     "--fps",
