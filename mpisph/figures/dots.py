@@ -39,7 +39,7 @@ _LEVELS_OF_COLOUR = 1000
 _COVER = math.sqrt(2.0)
 # Diameter of a dot over the side of the particle's section.
 
-_EDGE = 1.0
+_EDGE = 1.5
 # What is added to the diameter of a dot, for its edge covers pixels in part [pixels].
 
 _LEAST, _FEW = (2.0, 3.0), 1e4
@@ -280,7 +280,7 @@ class _NamedDots:
 class _SizedDots:
     """Dots of one colour; the smaller lie upon the larger.
 
-    Sizes are rounded to classes, each with a line of its own: that draws several times
+    Sizes are rounded up to classes, each with a line of its own: that draws several times
     faster than a size for each dot.
     """
 
@@ -291,7 +291,7 @@ class _SizedDots:
 
     def show(self, z: FloatArray, r: FloatArray, sizes: FloatArray) -> None:
         """Draw dots of some sizes [pt] at places [mm]."""
-        classes = np.rint(np.log(sizes) / _CLASS).astype(int)
+        classes = np.ceil(np.log(sizes) / _CLASS).astype(int)
         for line in self._lines.values():
             line.set_data([], [])
         for each in np.unique(classes):

@@ -236,13 +236,12 @@ def _close_view(z_low: float, z_high: float, r_high: float) -> View:
 
 
 def _within(view: View, whole: View) -> View:
-    """Cut off what goes beyond another view, unless nothing would be left."""
-    cut = View(
-        max(view.z_low, whole.z_low),
-        min(view.z_high, whole.z_high),
-        min(view.r_high, whole.r_high),
-    )
-    return cut if cut.z_low < cut.z_high else view
+    """Move into another view, and cut off what is wider; not where they do not meet."""
+    if view.z_high <= whole.z_low or view.z_low >= whole.z_high:
+        return view
+    span = min(view.z_high - view.z_low, whole.z_high - whole.z_low)
+    low = min(max(view.z_low, whole.z_low), whole.z_high - span)
+    return View(low, low + span, min(view.r_high, whole.r_high))
 
 
 def _shield_view(snapshot: Snapshot, case: Case, shield: Shield) -> View:

@@ -18,6 +18,12 @@ def test_figures_are_drawn_again(tmp_path):
     done = call("figures", tmp_path, *options)
     assert done.returncode == 0, done.stderr
     assert len(list(tmp_path.glob("figures/speed_h_*us.png"))) == 3
+    done = call("figures", tmp_path, "--zoom", "plate")
+    assert done.returncode == 0, done.stderr
+    assert len(list(tmp_path.glob("figures/cloud_plate_*us.png"))) == 3
+    done = call("figures", tmp_path, "--zoom", "wall")
+    assert done.returncode == 2
+    assert "--zoom wall: no such body; there are sphere, plate" in done.stderr
     done = call("figures", tmp_path, "--field", "melt")
     assert done.returncode == 2
     assert "no melt: no material has a model that gives it" in done.stderr

@@ -194,40 +194,53 @@ def test_what_is_small_or_no_number_is_still_seen(axes, count, pixels):
     np.testing.assert_allclose(sizes, pixels * 72.0 / axes.figure.dpi)
 
 
-@pytest.mark.parametrize("name", ["body", "speed"])
-def test_solid_matter_is_solid_and_spray_is_spray(case, name):
-    """By pixels: a plate has no gaps; flown apart it has but little more than it is."""
-    side = 0.1e-3
-    ticks = np.arange(0.0, 4e-3, side)
+SIDE = 0.1e-3
+"""Of the cells of a plate [m]."""
+
+
+def plate(n):
+    """n by n particles of a sound plate."""
+    ticks = np.arange(n) * SIDE
     z, r = (x.ravel() for x in np.meshgrid(ticks, 3e-3 + ticks))
-    mass, n = 2.0 * np.pi * r * 2710.0 * side**2, z.size
-    plate = {"id": np.arange(n), "body": np.ones(n, int), "u_r": z, "u_z": r}
-    plate |= {"m": mass, "rho": np.full(n, 2710.0), "z": z, "r": r}
-    assert inked(plate, case, name) == 1.0
-
-    far_z, far_r = 5.0 * z, 3e-3 + 4.0 * (r - 3e-3)
-    thin = {"z": far_z, "r": far_r, "rho": 2710.0 * r / (20.0 * far_r)}
-    section = (mass / (2.0 * np.pi * far_r * 2710.0)).sum()
-    share = section / (np.ptp(far_z) * np.ptp(far_r))
-    assert share < 0.03
-    assert share < inked(plate | thin, case, name) < 2.5 * share
+    arrays = {"id": np.arange(n**2), "body": np.ones(n**2, int), "z": z, "r": r}
+    arrays |= {"m": 2.0 * np.pi * r * 2710.0 * SIDE**2, "rho": np.full(n**2, 2710.0)}
+    return arrays | {"u_r": z, "u_z": r}
 
 
-def inked(arrays, case, name):
-    """Share of the pixels between the outermost particles that show matter."""
-    figure = Figure(figsize=(7.0, 7.0), dpi=200)
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False)
+def pixels_of(arrays, case, name, width):
+    """Pixels between the outermost particles, so many wide."""
     z, r = (1e3 * arrays[k] for k in "zr")
+    high = width * np.ptp(r) / np.ptp(z)
+    figure = Figure(figsize=(width / 200.0, high / 200.0), dpi=200)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False)
     axes.set_xlim(z.min(), z.max())
-    axes.set_ylim(r.min(), r.min() + np.ptp(z))  # to scale
-    shading = Shading(SHOWN_FIELDS[name])
-    view = View(-100.0, 100.0, 100.0)
+    axes.set_ylim(r.min(), r.max())
+    view, shading = View(-100.0, 100.0, 100.0), Shading(SHOWN_FIELDS[name])
     Dots(axes, case, view, [shading]).show(Snapshot(0.0, 0, "", arrays, {}))
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    rows = round(canvas.figure.bbox.height * np.ptp(r) / np.ptp(z))
-    pixels = np.asarray(canvas.buffer_rgba())[-rows:, :, :3]
-    return (pixels < 250).any(axis=2).mean()
+    return np.asarray(canvas.buffer_rgba())[:, :, :3].astype(int)
+
+
+@pytest.mark.parametrize("pitch", [1.15, 1.4, 1.7, 2.3, 7.1, 20.0])
+@pytest.mark.parametrize("name", ["body", "speed"])
+def test_solid_matter_has_no_gaps_however_wide_a_cell_is(case, name, pitch):
+    arrays = plate(60) | {"u_r": np.zeros(3600), "u_z": np.zeros(3600)}
+    pixels = pixels_of(arrays, case, name, 59 * pitch)[3:-3, 3:-3]
+    assert np.ptp(pixels.reshape(-1, 3), axis=0).max() < 12, "of one colour"
+    assert pixels.min() < 100, "and that is not white"
+
+
+@pytest.mark.parametrize("name", ["body", "speed"])
+def test_matter_that_flies_apart_has_little_more_than_its_section(case, name):
+    near = plate(40)
+    r = 3e-3 + 4.0 * (near["r"] - 3e-3)
+    thin = {"z": 5.0 * near["z"], "r": r, "rho": 2710.0 * near["r"] / (20.0 * r)}
+    section = (near["m"] / (2.0 * np.pi * r * 2710.0)).sum()
+    share = section / (np.ptp(thin["z"]) * np.ptp(r))
+    assert share < 0.03
+    inked = (pixels_of(near | thin, case, name, 1400) < 250).any(axis=2).mean()
+    assert share < inked < 3.5 * share
 
 
 def test_the_smaller_dots_lie_upon_the_larger_whatever_was_shown_before(axes, case):

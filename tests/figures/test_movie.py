@@ -3,6 +3,7 @@
 import builtins
 import gc
 import shutil
+import tomllib
 import warnings
 from itertools import pairwise
 
@@ -12,12 +13,13 @@ import pytest
 from launch import CASES, MPISPH, call, launch
 from small_runs import EXPOSED, small_run
 
-from mpisph.case import load_case
+from mpisph.case import case_from_dict, load_case
 from mpisph.core.errors import InputError, MpisphError
 from mpisph.figures import movie as module
 from mpisph.figures.fields import choose_fields
 from mpisph.figures.movie import FILM, Frame, animate, default_rate, find_ffmpeg
-from mpisph.figures.view import View
+from mpisph.figures.view import View, body_view
+from mpisph.io.snapshot import read_series, read_snapshot
 
 SNAPSHOTS = 10
 
@@ -102,6 +104,25 @@ def test_a_field_that_the_run_lacks_makes_no_film(folder, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_body_is_shown_close_by(folder, tmp_path, monkeypatch):
+    views = []
+    kept = module.Frame
+
+    def frame(case, view, *arguments):
+        views.append(view)
+        return kept(case, view, *arguments)
+
+    monkeypatch.setattr(module, "Frame", frame)
+    _, frames = read(animate(folder, tmp_path / "x.mp4", zoom="sphere"))
+    assert len(frames) == SNAPSHOTS
+    paths = [path for path, _ in read_series(folder)]
+    case = case_from_dict(tomllib.loads(read_snapshot(paths[0]).case))
+    assert views == [body_view(paths, case, "sphere")]
+    with pytest.raises(InputError, match="no such body; there are sphere, plate"):
+        animate(folder, tmp_path / "y.mp4", zoom="wall")
+    assert not (tmp_path / "y.mp4").exists()
+
+
 @pytest.fixture
 def no_package(monkeypatch):
     """imageio-ffmpeg is not installed."""
@@ -159,6 +180,9 @@ def test_the_command_writes_into_the_runs_folder(folder, tmp_path):
     assert done.returncode == 0, done.stderr
     assert done.stdout == f"{copy / 'film.mp4'}\n"
     assert read(copy / "film.mp4")[0]["fps"] == 10.0
+    options = ("--field", "speed", "--zoom", "sphere")
+    done = call("animate", copy, *options)
+    assert done.stdout == f"{copy / 'film_speed_sphere.mp4'}\n"
     done = call("animate", tmp_path)
     assert done.returncode == 2
     assert "is it a run's folder?" in done.stderr
