@@ -280,8 +280,8 @@ class _NamedDots:
 class _SizedDots:
     """Dots of one colour; the smaller lie upon the larger.
 
-    Sizes are rounded up to classes, each with a line of its own: that draws several times
-    faster than a size for each dot.
+    Sizes are rounded up to classes, each with a line of its own, which draws several
+    times faster than a size for each dot.
     """
 
     def __init__(self, axes: Axes, colour: str, zorder: float) -> None:
