@@ -1,6 +1,23 @@
-"""What is drawn of particles, read back from the axes."""
+"""Snapshots to be drawn, and what is drawn of them, read back from the axes."""
 
 import numpy as np
+from mpi4py import MPI
+
+from mpisph.io.snapshot import write_snapshot
+
+
+def store(folder, case, index, particles):
+    """Write particles as a snapshot at so many microseconds; return its path."""
+    return write_snapshot(
+        MPI.COMM_SELF,
+        folder,
+        index,
+        particles,
+        time=1e-6 * index,
+        step=index,
+        metadata={"case": case.to_toml()},
+        n_total=particles.n,
+    )
 
 
 def dots_by_colour(axes):

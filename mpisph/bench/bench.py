@@ -156,8 +156,7 @@ def bench_against(
     _say(comm, console, f"in turns with {against}, {pairs} times each")
     # The block is no case, and knows of no setting.
     left_out = {"block"} if "=" in against else set()
-    scenes = [scene for scene in SCENES if scene in options.parts]
-    scenes = [scene for scene in scenes if scene not in left_out]
+    scenes = [s for s in SCENES if s in options.parts and s not in left_out]
     if not scenes:
         raise InputError(f"--against {against}: there is no scene to time with it")
     command = [str(case_file.resolve()), "--npr", f"{options.npr}"]

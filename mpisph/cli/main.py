@@ -15,17 +15,7 @@ import click
 from mpi4py import MPI
 
 from mpisph import __version__
-from mpisph.cli import (
-    assess,
-    limit,
-    machine,
-    post,
-    prepare,
-    run,
-    study,
-    verify,
-    view,
-)
+from mpisph.cli import assess, limit, machine, post, prepare, run, study, verify, view
 from mpisph.cli.options import BAD_INPUT
 from mpisph.core.errors import (
     CollectiveError,

@@ -39,14 +39,18 @@ def section_area(arrays: Mapping[str, npt.NDArray[Any]], case: Case) -> FloatArr
     ndarray, shape (n,)
         [m2].
     """
-    rest = np.array([_rest_density(case, which) for which in range(len(case.bodies))])
-    rho = np.maximum(arrays["rho"], rest[arrays["body"]])
+    rho = np.maximum(arrays["rho"], rest_densities(case)[arrays["body"]])
     area: FloatArray = ring_sections({**arrays, "rho": rho}).side ** 2
     return area
 
 
-def _rest_density(case: Case, which: int) -> float:
-    """Return the density from which down matter of a body counts as spread."""
-    body = case.bodies[which]
-    rest = case.body_models(body).rest_density
-    return min(rest, float(sampled_densities(body, rest).min()))
+def rest_densities(case: Case) -> FloatArray:
+    """Return for each body the density below which its matter counts as spread [kg/m3].
+
+    That of its material at rest, or the least one that it is given.
+    """
+    found = []
+    for body in case.bodies:
+        rest = case.body_models(body).rest_density
+        found.append(min(rest, float(sampled_densities(body, rest).min())))
+    return np.array(found)

@@ -315,14 +315,19 @@ def draw_surroundings(axes: Axes, case: Case) -> None:
     _draw_planes(axes, case)
 
 
-def _draw_rear_faces(axes: Axes, case: Case) -> None:
-    """Draw in the original rear face of every plate that stands as the target does."""
+def rear_faces(case: Case) -> list[float]:
+    """Return the original rear faces of plates that stand as the target does [m]."""
     target, direction = target_plate(case), impact_direction(case)
-    faces = [
+    return [
         rear_position(body, direction)
         for body in case.bodies
         if isinstance(body, Plate) and target and body.velocity == target.velocity
     ]
+
+
+def _draw_rear_faces(axes: Axes, case: Case) -> None:
+    """Draw in the rear faces, with one entry in the legend for all."""
+    faces = rear_faces(case)
     name = "original rear face" + "s" * (len(faces) > 1)
     for index, z in enumerate(faces):
         axes.axvline(z * 1e3, label="_" * (index > 0) + name, zorder=1, **REAR_FACE)

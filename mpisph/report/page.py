@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import jinja2
 from markupsafe import Markup, escape
 
+from mpisph.core.templates import templates_of
 from mpisph.figures.embed import Picture
 
 NONE = "–"
@@ -112,13 +113,7 @@ def render(template: str, package: str = "mpisph.report", **context: Any) -> str
 def environment(package: str = "mpisph.report") -> jinja2.Environment:
     """Return the templates of a package; a name that is missing is an error."""
     packages = dict.fromkeys((package, "mpisph.report", "mpisph.viewer"))
-    made = jinja2.Environment(
-        loader=jinja2.ChoiceLoader([jinja2.PackageLoader(p) for p in packages]),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    made = templates_of(*packages)
     made.tests["link"] = lambda cell: isinstance(cell, Link)
     made.filters["symbols"] = symbols
     return made

@@ -12,25 +12,21 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.colors import to_hex
 
-from mpisph.case import Case, Plate
+from mpisph.case import Case
 from mpisph.case.contact import time_origin
-from mpisph.case.target import rear_position
 from mpisph.core.words import grouped
-from mpisph.diagnostics.cloud import (
-    cloud_definition,
-    impact_direction,
-    place_of,
-    target_plate,
-)
+from mpisph.diagnostics.cloud import cloud_definition, place_of
 from mpisph.figures.dots import Shading, find_shadings
 from mpisph.figures.fields import SHOWN_FIELDS, Chosen, ShownField
-from mpisph.figures.style import body_colour
+from mpisph.figures.sections import rest_densities
+from mpisph.figures.style import BODY_COLOURS, body_colour
 from mpisph.figures.view import (
     View,
     common_view,
     exposure_at,
     measure_cloud,
     only_finite,
+    rear_faces,
 )
 from mpisph.io.snapshot import Snapshot, read_snapshot
 from mpisph.io.stored_run import StoredRun
@@ -215,7 +211,6 @@ def describe_run(
     description = {
         "name": run.name,
         "title": case.title,
-        "state": run.state,
         "note": sample.text,
         "origin": time_origin(case.bodies, case.boundary),
         "particles": int(sample.ids.size),
@@ -225,8 +220,9 @@ def describe_run(
             {"name": body.name, "colour": body_colour(index)}
             for index, body in enumerate(case.bodies)
         ],
+        "palette": list(BODY_COLOURS),
         "materials": SHOWN_FIELDS["material"].names(case),  # type: ignore[misc]
-        "faces": _rear_faces(case),
+        "faces": [1e3 * face for face in rear_faces(case)],
         "planes": [
             1e3 * plane if math.isfinite(plane) else None
             for plane in case.boundary.planes
@@ -254,8 +250,8 @@ def _fixed(
     at rest density is taken: blown-up matter would hide what lies behind it.
     """
     a = snapshot.arrays
-    rest = np.array([case.body_models(body).rest_density for body in case.bodies])
-    ring = 1e9 * a["m"] / (2.0 * math.pi * rest[a["body"]])  # [mm^3]
+    rest = rest_densities(case)[a["body"]]
+    ring = 1e9 * a["m"] / (2.0 * math.pi * rest)  # [mm^3]
     ring *= sample.of / sample.ids.size  # those left out are covered by the others
     codes, low, high = quantise(ring)
     columns: list[Codes] = [a[name].astype(np.uint16) for name in ("body", "material")]
@@ -302,16 +298,6 @@ def _lines(snapshot: Snapshot, case: Case) -> list[dict[str, Any]]:
     ]
 
 
-def _rear_faces(case: Case) -> list[float]:
-    """Return where the rear faces of plates at rest were [mm]."""
-    target, direction = target_plate(case), impact_direction(case)
-    return [
-        1e3 * rear_position(body, direction)
-        for body in case.bodies
-        if isinstance(body, Plate) and target and body.velocity == target.velocity
-    ]
-
-
 def _scale(shading: Shading, case: Case) -> dict[str, Any]:
     """Return a field with its scale of colours."""
     field = shading.field
@@ -322,7 +308,6 @@ def _scale(shading: Shading, case: Case) -> dict[str, Any]:
         "unit": field.unit,
         "low": shading.low,
         "high": shading.high,
-        "centred": field.centred,
         "colours": "".join(to_hex(shade)[1:] for shade in shades),
         "missing": field.is_missing(case),
     }

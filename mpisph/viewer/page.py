@@ -10,14 +10,14 @@ from functools import cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
-import jinja2
 from markupsafe import Markup
 
 from mpisph.case.contact import time_origin
 from mpisph.core.errors import InputError, MpisphError
+from mpisph.core.templates import templates_of
 from mpisph.figures.cloud import draw_cloud
 from mpisph.figures.dots import find_shadings
-from mpisph.figures.embed import embed
+from mpisph.figures.embed import Picture, embed
 from mpisph.figures.fields import BODY, Chosen, require_fields
 from mpisph.figures.view import common_view, exposure_at
 from mpisph.io import stored_run
@@ -40,16 +40,13 @@ class Still(NamedTuple):
 
     Attributes
     ----------
-    title, source : str
-        What it shows; data URL.
-    width, height : int
-        [pixels].
+    title : str
+        What it shows.
+    picture : Picture
     """
 
     title: str
-    source: str
-    width: int
-    height: int
+    picture: Picture
 
 
 class EmbeddedRun(NamedTuple):
@@ -204,13 +201,7 @@ def make_view(
 def page(runs: Sequence[StoredRun], view: View) -> str:
     """Return the page of a view as HTML."""
     title = runs[0].case.title if len(runs) == 1 else f"{len(runs)} runs of mpisph"
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("mpisph.viewer"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates_of("mpisph.viewer")
     return environment.get_template("page.html").render(
         title=title, v=view, library=library()
     )
@@ -264,5 +255,5 @@ def _stills(run: StoredRun, chosen: Sequence[Chosen], most: int) -> list[Still]:
             draw_cloud, path, case, exposure=exposure, view=view, shadings=shadings
         )
         when = f"t = {1e6 * time:.4g} µs {time_origin(case.bodies, case.boundary)}"
-        stills.append(Still(f"{run.name}, {when}", *embed(draw)))
+        stills.append(Still(f"{run.name}, {when}", embed(draw)))
     return stills

@@ -83,13 +83,13 @@ class Followed:
         self.update()
         with self._lock:
             runs = []
-            for run, shown in zip(self.runs, self.shown, strict=True):
+            for shown in self.shown:
                 about = dict(shown.description)
                 about["frames"] = [
                     {**frame, "key": key}
                     for frame, key in zip(about["frames"], shown.keys, strict=True)
                 ]
-                runs.append({**about, "state": run.state})
+                runs.append(about)
             return json.dumps({"runs": runs, "over": self.over}, allow_nan=False)
 
     def part(self, words: Sequence[str]) -> bytes | None:

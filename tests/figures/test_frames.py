@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from launch import CASES
 from matplotlib.colors import to_rgb
-from mpi4py import MPI
-from pictures import dots_by_colour
+from pictures import dots_by_colour, store
 
 from mpisph.case import load_case
 from mpisph.core.particles import Particles
@@ -16,7 +15,7 @@ from mpisph.figures.fields import choose_fields
 from mpisph.figures.movie import FILM, PANEL, Frame
 from mpisph.figures.style import BODY_COLOURS
 from mpisph.figures.view import View, common_view, only_finite
-from mpisph.io.snapshot import read_snapshot, write_snapshot
+from mpisph.io.snapshot import read_snapshot
 
 
 @pytest.fixture(scope="module")
@@ -35,16 +34,7 @@ def write(folder, case, index, reach, strays=0):
     p.r[400:], p.z[400:] = np.linspace(0.01, 0.04, 400), 0.002
     p.u_z[:400] = 4000.0
     p.z[:strays], p.r[:strays] = 3.0, 2.0
-    return write_snapshot(
-        MPI.COMM_SELF,
-        folder,
-        index,
-        p,
-        time=1e-6 * index,
-        step=index,
-        metadata={"case": case.to_toml()},
-        n_total=p.n,
-    )
+    return store(folder, case, index, p)
 
 
 def test_the_view_holds_all_snapshots(tmp_path, case):

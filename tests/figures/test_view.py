@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 from launch import CASES
-from mpi4py import MPI
+from pictures import store
 
 from mpisph.case import load_case
 from mpisph.core.errors import InputError
 from mpisph.core.particles import Particles
 from mpisph.figures import view as module
 from mpisph.figures.view import View, body_view, common_view
-from mpisph.io.snapshot import write_snapshot
 
 
 @pytest.fixture(scope="module")
@@ -32,16 +31,7 @@ def write(folder, case, index, z, size=3e-3, bodies=(0, 1), strays=0):
     p.r[:] = np.append(r, plate)[kept]
     p.z[:] = np.append(where, np.full(200, 2e-3))[kept]
     p.u_z[:] = np.where(p.body == 0, 5000.0, 0.0)
-    return write_snapshot(
-        MPI.COMM_SELF,
-        folder,
-        index,
-        p,
-        time=1e-6 * index,
-        step=index,
-        metadata={"case": case.to_toml()},
-        n_total=p.n,
-    )
+    return store(folder, case, index, p)
 
 
 def test_a_body_is_held_at_all_times_with_a_margin(tmp_path, case):

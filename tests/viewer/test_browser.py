@@ -1,17 +1,16 @@
 """The page that plays runs, in a real browser: what people see and do."""
 
 import io
-import json
-import shutil
 import threading
 
 import numpy as np
 import pytest
 from browsers import NARROW, WIDE, Trouble, browser
 from PIL import Image
+from run_folders import run_underway
 
 from mpisph.figures.fields import choose_fields
-from mpisph.io.snapshot import SERIES_FILE, read_snapshot
+from mpisph.io.snapshot import read_snapshot
 from mpisph.io.stored_run import read_run
 from mpisph.report.run_page import write_report
 from mpisph.viewer.packing import LEVELS
@@ -341,20 +340,13 @@ def test_a_report_plays_its_run(opened, judged, tmp_path):
 
 
 def test_a_page_that_is_served_follows_the_run(opened, finished, tmp_path):
-    folder = shutil.copytree(finished, tmp_path / "run")
-    series, status = folder / SERIES_FILE, folder / "status.json"
-    whole, ended = series.read_text(), status.read_text()
-    listed = json.loads(whole)
-    count = len(listed["files"])
-    listed["files"] = listed["files"][:-2]
-    series.write_text(json.dumps(listed))
-    status.write_text(ended.replace('"completed"', '"running"'))
+    folder, go_on = run_underway(finished, tmp_path / "run")
+    count = len(read_run(finished).snapshots)
     with make_server([folder], chosen=choose_fields(["speed"], [])) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         tab = opened(f"http://127.0.0.1:{server.server_address[1]}/")
         assert ask(tab, "v.times.length") == count - 2
-        series.write_text(whole)
-        status.write_text(ended)
+        go_on()
         tab.wait_for_function(
             f"() => document.querySelector('.viewer').viewer.times.length === {count}",
             timeout=30_000,

@@ -1,7 +1,6 @@
 """A page that follows runs: what it answers, and to whom."""
 
 import json
-import shutil
 import threading
 import urllib.error
 import urllib.request
@@ -9,8 +8,8 @@ import zlib
 
 import pytest
 from report_pages import Page
+from run_folders import run_underway
 
-from mpisph.io.snapshot import SERIES_FILE
 from mpisph.io.stored_run import read_run
 from mpisph.viewer import data
 from mpisph.viewer.serve import make_server
@@ -18,22 +17,7 @@ from mpisph.viewer.serve import make_server
 
 @pytest.fixture
 def underway(finished, tmp_path):
-    """A run of which the last two snapshots are still to come, and what brings them."""
-    folder = shutil.copytree(finished, tmp_path / "run")
-    series = folder / SERIES_FILE
-    whole = series.read_text()
-    listed = json.loads(whole)
-    listed["files"] = listed["files"][:-2]
-    series.write_text(json.dumps(listed))
-    status = folder / "status.json"
-    ended = status.read_text()
-    status.write_text(ended.replace('"completed"', '"running"'))
-
-    def go_on():
-        series.write_text(whole)
-        status.write_text(ended)
-
-    return folder, go_on
+    return run_underway(finished, tmp_path / "run")
 
 
 @pytest.fixture

@@ -600,7 +600,7 @@
       this.chosen = new Map();
       this.hidden = new Set();
       this.visibleOf = new Map();
-      this.palette = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00"];
+      this.palette = runs[0].about.palette;
       this.above = root.dataset.field;
       this.below = root.dataset.below;
       this.speed = 10;
@@ -756,7 +756,6 @@
         || (!root.classList.contains("light") && now.includes("dark") && window.matchMedia("(prefers-color-scheme: dark)").matches);
       root.classList.toggle("dark", !dark);
       root.classList.toggle("light", dark);
-      root.style.colorScheme = dark ? "light" : "dark";
       this.items.forEach((panel) => panel.drawMarks());
     }
 
