@@ -19,13 +19,22 @@ from mpisph.core.particles import Particles
 from mpisph.materials.model import TABLES
 from mpisph.physics.artificial_stress import artificial_stress
 from mpisph.physics.kernel import XI_FAR
-from mpisph.physics.response import KINDS, MaterialModels, material_table, respond
+from mpisph.physics.response import KINDS, MaterialModels, material_table
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC, PRINTED
 from mpisph.physics.viscosity import FAR_NODES, near_nodes
-from mpisph.sph.neighbours import make_lattice, sort_into_cells
+from mpisph.sph.integrator import predict
+from mpisph.sph.neighbours import make_lattice
+from mpisph.sph.pair_records import RECORD_FIELDS
 from mpisph.sph.rates import update_rates
-from mpisph.sph.sources import EXCHANGED, exchanged_fields, name_fields
+from mpisph.sph.sources import (
+    AHEAD,
+    EXCHANGED,
+    ROW,
+    look_ahead,
+    respond_ahead,
+    sort_fields,
+)
 
 DIGITS = 60
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459")
@@ -345,13 +354,23 @@ def cloud(
     return p
 
 
+def predicted_fields(p, tau):
+    """Return the integrated fields of particles a time `tau` ahead."""
+    predicted = np.empty_like(p.integrated)
+    predict(p, tau, predicted)
+    return predicted
+
+
 def sent_fields(p, scheme=SCHEME, table=None):
     """Return the exchanged fields and the shear modulus of particles as they are."""
     table = table_of(ALUMINIUM) if table is None else table
-    # The stress is taken as it is, outside of the yield surface too.
-    state = p.material_state(p.integrated.copy())
-    respond(state, table, scheme.sound_speed_floor, 0.0)
-    return exchanged_fields(p, {"P": state.P, "c": state.c}), state.G
+    ahead = np.empty((len(AHEAD), p.n))
+    look_ahead(p, 0.0, 0.0, ahead)
+    integrated = slice(ROW.u_r, ROW.h + 1)
+    before = ahead[integrated].copy()
+    respond_ahead(ahead, table, scheme.sound_speed_floor, 0.0)
+    ahead[integrated] = before  # the stress as it is, outside of the yield surface too
+    return ahead[: len(EXCHANGED)].copy(), ahead[ROW.G]
 
 
 def evaluate(
@@ -368,24 +387,9 @@ def evaluate(
     if ghosts is not None:
         fields = np.concatenate([fields, ghosts], axis=1)
     lattice = make_lattice(h0, scheme.kappa)
-    ids = fields[0].view(np.int64)
-    cells = sort_into_cells(ids, *(fields[EXCHANGED.index(x)] for x in "rzh"), lattice)
-    update_rates(
-        name_fields(fields),
-        cells,
-        lattice,
-        table,
-        scheme,
-        p.material,
-        G,
-        p.rates,
-        p.div,
-        p.damping,
-        p.crowding,
-        p.correction,
-        p.neighbours,
-        skip_quiescent,
-    )
+    cells = sort_fields(fields, lattice)
+    records = np.empty((fields.shape[1], RECORD_FIELDS))
+    update_rates(fields, cells, lattice, table, scheme, G, p, records, skip_quiescent)
     return p
 
 

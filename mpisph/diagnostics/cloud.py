@@ -7,6 +7,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
+from numba.extending import register_jitable
 
 from mpisph.case import Case
 from mpisph.case.bodies import Body, Plate
@@ -25,6 +26,9 @@ from mpisph.parallel.redistribution import gather_all
 CloudFigure = Literal["outermost", "robust"]
 """Which figure of a cloud is meant: its outermost particle's, or the quantile."""
 
+_NO_VELOCITIES = np.empty(0)
+_NO_BODIES = np.empty(0, np.bool_)
+
 
 class CloudDefinition(NamedTuple):
     """Which particles form the cloud, and where the robust measure cuts.
@@ -40,11 +44,11 @@ class CloudDefinition(NamedTuple):
         Fraction of the cloud's mass within the robust measures.
     direction : float
         1.0 where the projectile flies along +z, -1.0 along -z.
-    behind : tuple of (int, float)
-        Index and initial velocity [m/s] of the bodies behind the plate, which are no
-        part of the cloud.
-    before : tuple of int
-        Index of the bodies that lie wholly before the nearest of those.
+    behind : ndarray, shape (bodies,)
+        Initial velocity [m/s] of the bodies behind the plate, which are no part of the
+        cloud, and NaN of the others; empty where there are none behind it.
+    before : ndarray of bool, shape (bodies,)
+        Which bodies lie wholly before the nearest of those; empty as well.
     stop : float
         Length at which the nearest of them begins [m]; infinite where that moves.
     stirred : float
@@ -56,8 +60,8 @@ class CloudDefinition(NamedTuple):
     min_velocity: float
     quantile: float
     direction: float = 1.0
-    behind: tuple[tuple[int, float], ...] = ()
-    before: tuple[int, ...] = ()
+    behind: FloatArray = _NO_VELOCITIES
+    before: npt.NDArray[np.bool_] = _NO_BODIES
     stop: float = math.inf
     stirred: float = 0.0
 
@@ -179,35 +183,50 @@ def cloud_definition(case: Case) -> CloudDefinition:
     measured = case.measured or Measured()
     plate, direction = target_plate(case), impact_direction(case)
     behind = [] if plate is None else bodies_behind(case.bodies, plate)
-    rear, stop = rear_face(case), math.inf
-    if behind and case.bodies[behind[0]].velocity == 0.0:
-        stop = front_face(case.bodies[behind[0]], direction) - direction * rear
-    return CloudDefinition(
-        rear=rear,
+    definition = CloudDefinition(
+        rear=rear_face(case),
         direction=direction,
         min_velocity=measured.min_velocity_fraction * case.impact_velocity,
         quantile=measured.quantile,
-        behind=tuple((k, case.bodies[k].velocity) for k in behind),
-        before=bodies_before(case.bodies, behind[0], direction) if behind else (),
-        stop=stop,
         stirred=STIRRED * case.impact_velocity,
+    )
+    if not behind:
+        return definition
+    nearest, n = case.bodies[behind[0]], len(case.bodies)
+    velocities = np.full(n, np.nan)
+    velocities[behind] = [case.bodies[k].velocity for k in behind]
+    before = np.isin(np.arange(n), bodies_before(case.bodies, behind[0], direction))
+    stop = front_face(nearest, direction) - direction * definition.rear
+    return definition._replace(
+        behind=velocities,
+        before=before,
+        stop=stop if nearest.velocity == 0.0 else math.inf,
     )
 
 
+# The four below take the arrays of many particles, or in a jitted function the numbers
+# of one.
+
+
+@register_jitable  # type: ignore[untyped-decorator]
 def in_cloud(
     body: IntArray, z: FloatArray, u_z: FloatArray, definition: CloudDefinition
 ) -> npt.NDArray[np.bool_]:
     """Say which particles are in the cloud, shape (n,)."""
     behind = length_of(z, definition) > 0.0
-    cloud = behind & (definition.direction * u_z > definition.min_velocity)
-    return cloud & before_next(body, definition) if definition.behind else cloud
+    cloud: npt.NDArray[np.bool_] = before_next(body, definition)
+    return cloud & behind & (definition.direction * u_z > definition.min_velocity)
 
 
+@register_jitable  # type: ignore[untyped-decorator]
 def before_next(body: IntArray, definition: CloudDefinition) -> npt.NDArray[np.bool_]:
     """Say which particles are of no body behind the target plate, shape (n,)."""
-    return ~np.isin(body, [k for k, _ in definition.behind])
+    if definition.behind.size == 0:
+        return body >= 0  # of all
+    return np.isnan(definition.behind[body])
 
 
+@register_jitable  # type: ignore[untyped-decorator]
 def shows_arrival(
     body: IntArray,
     z: FloatArray,
@@ -221,16 +240,18 @@ def shows_arrival(
     it, and those of a body behind the plate that no longer move as at the start. Once
     there are any, there are always some: what hits a body leaves a crater, or stirs it.
     """
-    if not definition.behind:
-        return np.zeros(len(z), np.bool_)
-    found = np.isin(body, definition.before)
-    found &= length_of(z, definition) >= definition.stop
-    for k, velocity in definition.behind:
-        speed = np.hypot(u_r, u_z - velocity)
-        found |= (body == k) & (speed > definition.stirred)
-    return found
+    if definition.behind.size == 0:
+        return body < 0  # of none
+    change = u_z - definition.behind[body]  # NaN of bodies not behind
+    stirred: npt.NDArray[np.bool_] = (
+        np.sqrt(u_r * u_r + change * change) > definition.stirred
+    )
+    return stirred | (
+        definition.before[body] & (length_of(z, definition) >= definition.stop)
+    )
 
 
+@register_jitable  # type: ignore[untyped-decorator]
 def length_of(z: FloatArray, definition: CloudDefinition) -> FloatArray:
     """Return how far behind the plate's original rear face positions lie [m]."""
     return definition.direction * (z - definition.rear)

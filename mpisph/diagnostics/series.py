@@ -6,20 +6,21 @@ and their figures follow.
 
 import math
 from collections.abc import Callable
-from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
-from mpisph.core.particles import FloatArray, Particles
+from mpisph.core.jit import EXACT
+from mpisph.core.particles import LABEL, VALUE, FloatArray, IntArray, Particles
 from mpisph.diagnostics.cloud import (
     CloudDefinition,
     in_cloud,
     length_of,
     shows_arrival,
 )
-from mpisph.parallel.reproducible_sum import CHUNKS, fixed_point_chunks, from_chunks
+from mpisph.parallel.reproducible_sum import CHUNKS, from_chunks, sum_chunks
 
 ROOM = 1e6
 """Factor by which a particle's terms may pass the magnitudes of the start. It may be
@@ -69,28 +70,6 @@ class Scales(NamedTuple):
         return 0.5 * self.speed**2
 
 
-class Sample:
-    """The particles of one rank, as the terms of series see them.
-
-    Parameters
-    ----------
-    particles : Particles
-        Owned particles.
-    cloud : CloudDefinition
-    """
-
-    def __init__(self, particles: Particles, cloud: CloudDefinition) -> None:
-        self.p = particles
-        self.cloud = cloud
-
-    @cached_property
-    def in_cloud(self) -> npt.NDArray[np.bool_]:
-        """Which particles are in the cloud, shape (n,); none that has left the game."""
-        p = self.p
-        at_work: npt.NDArray[np.bool_] = p.retired == 0.0
-        return at_work & in_cloud(p.body, p.z, p.u_z, self.cloud)
-
-
 class Series(NamedTuple):
     """A quantity of a whole run, taken in every step.
 
@@ -103,10 +82,8 @@ class Series(NamedTuple):
     label : str
         What it is, for people.
     reduce : {"sum", "max", "min"}
-        How the particles' terms make one number. A maximum is at least zero, a minimum
-        at most.
-    terms : callable
-        Takes a `Sample`, returns what each particle contributes, shape (n,).
+        How the particles' `Terms` make one number. A maximum is at least zero, a
+        minimum at most.
     bound : callable, optional
         For a sum: takes `Scales`, returns what no particle's term exceeds.
     caption : str, optional
@@ -119,7 +96,6 @@ class Series(NamedTuple):
     unit: str
     label: str
     reduce: Literal["sum", "max", "min"]
-    terms: Callable[[Sample], FloatArray]
     bound: Callable[[Scales], float] = lambda scales: scales.mass
     caption: str = ""
     until_arrival: bool = False
@@ -133,61 +109,30 @@ def _energy_bound(scales: Scales) -> float:
     return scales.mass * (ROOM * scales.energy)
 
 
-def _kinetic_energy(s: Sample) -> FloatArray:
-    energy: FloatArray = 0.5 * s.p.m * (s.p.u_r * s.p.u_r + s.p.u_z * s.p.u_z)
-    return energy
-
-
-def _cloud_radius(s: Sample) -> FloatArray:
-    return np.where(s.in_cloud, s.p.r, 0.0)
-
-
-def _cloud_length(s: Sample) -> FloatArray:
-    return np.where(s.in_cloud, length_of(s.p.z, s.cloud), 0.0)
-
-
-def _cloud_arrived(s: Sample) -> FloatArray:
-    shown = shows_arrival(s.p.body, s.p.z, s.p.u_r, s.p.u_z, s.cloud)
-    return shown.astype(np.float64)
-
-
 SERIES = (
-    Series("mass", "kg", "mass", "sum", lambda s: s.p.m),
-    Series(
-        "momentum_z", "kg m/s", "axial momentum", "sum",
-        lambda s: s.p.m * s.p.u_z, _momentum_bound,
-    ),
-    Series(
-        "kinetic_energy", "J", "kinetic energy", "sum",
-        _kinetic_energy, _energy_bound,
-    ),
-    Series(
-        "internal_energy", "J", "internal energy", "sum",
-        lambda s: s.p.m * s.p.E, _energy_bound,
-    ),
+    Series("mass", "kg", "mass", "sum"),
+    Series("momentum_z", "kg m/s", "axial momentum", "sum", _momentum_bound),
+    Series("kinetic_energy", "J", "kinetic energy", "sum", _energy_bound),
+    Series("internal_energy", "J", "internal energy", "sum", _energy_bound),
     Series(
         "energy_min", "J/kg", "lowest specific internal energy", "min",
-        lambda s: s.p.E,
         caption="Below zero, matter would be colder than at the start of the run: the "
         "artificial viscosity is too low.",
     ),
     Series(
-        "cloud_radius", "m", "radius of the cloud, R_b", "max", _cloud_radius,
-        until_arrival=True,
+        "cloud_radius", "m", "radius of the cloud, R_b", "max", until_arrival=True,
     ),
     Series(
-        "cloud_length", "m", "length of the cloud, L_b", "max", _cloud_length,
-        until_arrival=True,
+        "cloud_length", "m", "length of the cloud, L_b", "max", until_arrival=True,
     ),
     Series(
-        "cloud_mass", "kg", "mass of the cloud", "sum", lambda s: s.p.m * s.in_cloud,
+        "cloud_mass", "kg", "mass of the cloud", "sum",
         caption="What lies behind the plate's original rear face and moves away from "
         "it faster than the given fraction of the impact velocity.",
         until_arrival=True,
     ),
     Series(
         "cloud_arrived", "", "1 once the cloud has come to the next body", "max",
-        _cloud_arrived,
     ),
 )  # fmt: skip
 
@@ -195,6 +140,47 @@ SUMS = tuple(series for series in SERIES if series.reduce == "sum")
 EXTREMES = tuple(series for series in SERIES if series.reduce != "sum")
 _SIGNS = np.array([-1.0 if series.reduce == "min" else 1.0 for series in EXTREMES])
 # A minimum is sent as the maximum of the opposite.
+_SUM_AT = np.array([SERIES.index(series) for series in SUMS])
+_EXTREME_AT = np.array([SERIES.index(series) for series in EXTREMES])
+_N_SERIES = len(SERIES)
+_SUM_NAMES = [series.name for series in SUMS]
+_EXTREME_NAMES = [series.name for series in EXTREMES]
+
+
+class Terms(NamedTuple):
+    """What one particle contributes to each of `SERIES`, in their order."""
+
+    mass: float
+    momentum_z: float
+    kinetic_energy: float
+    internal_energy: float
+    energy_min: float
+    cloud_radius: float
+    cloud_length: float
+    cloud_mass: float
+    cloud_arrived: float
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def terms_of(
+    labels: IntArray, values: FloatArray, k: int, cloud: CloudDefinition
+) -> Terms:
+    """Return the terms of particle `k`; what has left the game is in no cloud."""
+    body = labels[LABEL.body, k]
+    m, r, z = values[VALUE.m, k], values[VALUE.r, k], values[VALUE.z, k]
+    u_r, u_z, E = values[VALUE.u_r, k], values[VALUE.u_z, k], values[VALUE.E, k]
+    inside = values[VALUE.retired, k] == 0.0 and in_cloud(body, z, u_z, cloud)
+    return Terms(
+        mass=m,
+        momentum_z=m * u_z,
+        kinetic_energy=0.5 * m * (u_r * u_r + u_z * u_z),
+        internal_energy=m * E,
+        energy_min=E,
+        cloud_radius=r if inside else 0.0,
+        cloud_length=length_of(z, cloud) if inside else 0.0,
+        cloud_mass=m if inside else 0.0,
+        cloud_arrived=1.0 if shows_arrival(body, z, u_r, u_z, cloud) else 0.0,
+    )
 
 
 class Parts(NamedTuple):
@@ -234,35 +220,46 @@ def local_parts(p: Particles, cloud: CloudDefinition, bounds: FloatArray) -> Par
     bounds : ndarray, shape (sums,)
         Of `bounds_of`.
     """
-    sample = Sample(p, cloud)
-    rows = np.empty((len(SUMS), p.n))
-    for row, series in zip(rows, SUMS, strict=True):
-        row[:] = series.terms(sample)
-    maxima = [
-        (sign * series.terms(sample)).max(initial=0.0)
-        for sign, series in zip(_SIGNS, EXTREMES, strict=True)
-    ]
-    return Parts(fixed_point_chunks(rows, bounds), np.array(maxima))
+    return Parts(*parts_of(p.labels, p.values, cloud, bounds))
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def parts_of(
+    labels: IntArray, values: FloatArray, cloud: CloudDefinition, bounds: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Return the same as `local_parts` of the rows of particles."""
+    n = labels.shape[1]
+    rows = np.empty((_N_SERIES, n))
+    for k in range(n):
+        terms = terms_of(labels, values, k, cloud)
+        for row in range(_N_SERIES):
+            rows[row, k] = terms[row]
+    maxima = np.zeros(_EXTREME_AT.size)
+    for j in range(_EXTREME_AT.size):
+        for term in rows[_EXTREME_AT[j]]:
+            signed = _SIGNS[j] * term
+            if signed > maxima[j] or np.isnan(signed):  # max() may pass over a NaN
+                maxima[j] = signed
+    return sum_chunks(rows[_SUM_AT], bounds), maxima
 
 
 def joined(
     sums: npt.NDArray[np.int64], maxima: FloatArray, bounds: FloatArray
 ) -> dict[str, float]:
-    """Return the series by name, from the parts of all ranks.
+    """Return the series by name, from what the parts of all ranks add up to.
 
     Parameters
     ----------
-    sums : ndarray of int64, shape (ranks, sums, CHUNKS)
-    maxima : ndarray, shape (ranks, extremes)
+    sums : ndarray of int64, shape (sums, CHUNKS)
+        Sum over the ranks.
+    maxima : ndarray, shape (extremes,)
+        Maximum over the ranks.
     bounds : ndarray, shape (sums,)
     """
-    totals = from_chunks(sums.sum(axis=0), bounds).tolist()
+    found = dict(zip(_SUM_NAMES, from_chunks(sums, bounds).tolist(), strict=True))
     # The sum makes no zero negative.
-    extremes = (_SIGNS * maxima.max(axis=0) + 0.0).tolist()
-    found = {
-        **{s.name: value for s, value in zip(SUMS, totals, strict=True)},
-        **{s.name: value for s, value in zip(EXTREMES, extremes, strict=True)},
-    }
+    extremes = (_SIGNS * maxima + 0.0).tolist()
+    found |= zip(_EXTREME_NAMES, extremes, strict=True)
     if found["cloud_arrived"]:
         found.update({s.name: math.nan for s in SERIES if s.until_arrival})
-    return {series.name: found[series.name] for series in SERIES}
+    return {name: found[name] for name in Terms._fields}

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from numba import njit
 
 from mpisph.core.jit import EXACT
-from mpisph.core.particles import Particles
+from mpisph.core.particles import LABEL, VALUE, Particles
 from mpisph.physics.response import MaterialTable
 
 STABLE = 0
@@ -79,8 +79,11 @@ def _beyond(eta, E, crowding, h, bounds):
 
 
 @njit(**EXACT)
-def _first_fault(ids, values, rho, E, crowding, h, material, table, bounds):
-    """Return the kind of fault and the id of the faulty particle of smallest id."""
+def fault_of(labels, values, table, bounds):
+    """Return the same as `first_fault` of the rows of particles."""
+    ids, material = labels[LABEL.id], labels[LABEL.material]
+    rho, E, h = values[VALUE.rho], values[VALUE.E], values[VALUE.h]
+    crowding = values[VALUE.crowding]
     fault, who = STABLE, -1
     all_finite = _all_finite(values)
     for i in range(ids.size):
@@ -112,7 +115,5 @@ def first_fault(p: Particles, table: MaterialTable, bounds: Bounds) -> tuple[int
     who : int
         Smallest id of a faulty particle, -1 for none.
     """
-    fault, who = _first_fault(
-        p.id, p.values, p.rho, p.E, p.crowding, p.h, p.material, table, bounds
-    )
+    fault, who = fault_of(p.labels, p.values, table, bounds)
     return int(fault), int(who)

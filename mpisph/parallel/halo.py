@@ -17,7 +17,8 @@ from mpi4py import MPI
 from numba import njit
 
 from mpisph.core.jit import EXACT
-from mpisph.core.particles import FloatArray, IntArray, Particles
+from mpisph.core.particles import VALUE, FloatArray, IntArray, Particles
+from mpisph.core.workspace import Workspace
 
 BOX_SLACK = 1e-9
 """Widens boxes, in units of the reach, against rounding."""
@@ -52,27 +53,12 @@ class Halo:
     Attributes
     ----------
     traffic : Traffic
+    workspace : Workspace
     """
 
     def __init__(self) -> None:
         self.traffic = Traffic()
-        self._sent = np.empty(0)
-        self._received = np.empty(0)
-
-    def room_to_send(self, size: int) -> FloatArray:
-        """Return a buffer of so many numbers; the last one is given up."""
-        self._sent = _grown(self._sent, size)
-        return self._sent[:size]
-
-    def room_to_receive(self, size: int) -> FloatArray:
-        """Return a buffer of so many numbers; the last one is given up."""
-        self._received = _grown(self._received, size)
-        return self._received[:size]
-
-
-def _grown(buffer: FloatArray, size: int) -> FloatArray:
-    """Return the buffer, or where it is too small a new one with room to spare."""
-    return buffer if buffer.size >= size else np.empty(size + size // 4)
+        self.workspace = Workspace()
 
 
 def boxes(
@@ -123,19 +109,17 @@ def bounding_box(
     ndarray, shape (4,)
         As `boxes`; infinite and reversed where the rank owns nothing.
     """
-    box: FloatArray = _bounding_box(
-        p.r, p.z, p.h, p.u_r, p.u_z, p.du_r, p.du_z, p.dh,
-        0.5 * kappa * (1.0 + BOX_SLACK), dt, kick,
-    )  # fmt: skip
+    box: FloatArray = box_of(p.values, kappa, dt, kick)
     return box
 
 
 @njit(**EXACT)  # type: ignore[untyped-decorator]
-def _bounding_box(
-    r: FloatArray, z: FloatArray, h: FloatArray, u_r: FloatArray, u_z: FloatArray,
-    du_r: FloatArray, du_z: FloatArray, dh: FloatArray, reach_h: float, dt: float,
-    part: float,
-) -> FloatArray:  # fmt: skip
+def box_of(values: FloatArray, kappa: float, dt: float, part: float) -> FloatArray:
+    """Return the same as `bounding_box` of the rows of particles."""
+    r, z, h, dh = values[VALUE.r], values[VALUE.z], values[VALUE.h], values[VALUE.dh]
+    u_r, u_z = values[VALUE.u_r], values[VALUE.u_z]
+    du_r, du_z = values[VALUE.du_r], values[VALUE.du_z]
+    reach_h = 0.5 * kappa * (1.0 + BOX_SLACK)
     box = NOTHING.copy()
     for i in range(r.size):
         half = reach_h * (h[i] + dt * abs(dh[i]))
@@ -163,11 +147,18 @@ def partners_of(rank: int, rank_boxes: FloatArray) -> IntArray:
     rank_boxes : ndarray, shape (ranks, 4)
         `bounding_box` of every rank.
     """
-    mine = rank_boxes[rank]
-    meets = (rank_boxes[:, 0] < mine[1]) & (rank_boxes[:, 1] > mine[0])
-    meets &= (rank_boxes[:, 2] < mine[3]) & (rank_boxes[:, 3] > mine[2])
-    meets[rank] = False
-    return np.flatnonzero(meets)
+    partners: IntArray = _partners_of(rank, rank_boxes)
+    return partners
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def _partners_of(rank: int, rank_boxes: FloatArray) -> IntArray:
+    found = np.empty(rank_boxes.shape[0], np.int64)
+    n = 0
+    for other in range(rank_boxes.shape[0]):
+        found[n] = other
+        n += other != rank and _meets(rank_boxes.T, other, rank_boxes[rank])
+    return found[:n]
 
 
 @njit(**EXACT)  # type: ignore[untyped-decorator]
@@ -239,7 +230,7 @@ def exchange_halo(
     if partners.size == 0:
         return fields[:, :0]
     k = fields.shape[0]
-    packed = halo.room_to_send(k * index.size)
+    packed = halo.workspace.room("sent", k * index.size)
     requests = []
     for rank, (begin, end) in zip(partners, pairwise(start), strict=True):
         message = packed[k * begin : k * end].reshape(k, end - begin)
@@ -263,7 +254,7 @@ def _receive(
     for rank in partners:
         comm.Probe(source=int(rank), tag=TAG, status=status)
         ends.append(ends[-1] + status.Get_count(MPI.DOUBLE))
-    buffer = halo.room_to_receive(ends[-1])
+    buffer = halo.workspace.room("received", ends[-1])
     received = [buffer[begin:end].reshape(k, -1) for begin, end in pairwise(ends)]
     for rank, ghosts in zip(partners, received, strict=True):
         comm.Recv(ghosts, source=int(rank), tag=TAG)

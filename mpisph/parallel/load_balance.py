@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray
@@ -86,6 +87,7 @@ class PairCost:
         return self.seconds / self.pairs if self.pairs > 0.0 else 0.0
 
 
+@njit(**EXACT)  # type: ignore[untyped-decorator]
 def relative_pair_costs(pair_costs: FloatArray) -> FloatArray:
     """Return each rank's cost of a pair over their mean, in sixteenths.
 
@@ -94,13 +96,6 @@ def relative_pair_costs(pair_costs: FloatArray) -> FloatArray:
     pair_costs : ndarray, shape (ranks,)
         Zero where nothing was measured; such a rank is taken for an average one.
     """
-    # One layout of the array, for one compiled function.
-    relative: FloatArray = _relative(np.ascontiguousarray(pair_costs))
-    return relative
-
-
-@njit(**EXACT)  # type: ignore[untyped-decorator]
-def _relative(pair_costs: FloatArray) -> FloatArray:
     total, known = 0.0, 0
     for pair_cost in pair_costs:
         if pair_cost > 0.0:
@@ -114,6 +109,7 @@ def _relative(pair_costs: FloatArray) -> FloatArray:
     return relative
 
 
+@register_jitable  # type: ignore[untyped-decorator]
 def work_of(neighbours: FloatArray) -> FloatArray:
     """Return the work of particles with so many neighbours, whole numbers."""
     return neighbours + PARTICLE_WORK

@@ -6,12 +6,12 @@ integer sums have no order.
 """
 
 import math
-from functools import lru_cache
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
-import mpisph.core.jit  # noqa: F401  it sets Numba's cache folder before first use
+from mpisph.core.jit import EXACT
 from mpisph.core.particles import FloatArray, IntArray
 
 CHUNKS = 4
@@ -51,8 +51,7 @@ def fixed_point_chunks(rows: FloatArray, bounds: FloatArray) -> IntArray:
         are NaN or larger than their bound.
     """
     assert len(rows) == len(bounds), "one bound a row"
-    scales = np.array([math.ldexp(1.0, _BITS - _exponent(b)) for b in bounds])
-    chunks: IntArray = _sum_chunks(rows, np.asarray(bounds, np.float64), scales)
+    chunks: IntArray = sum_chunks(rows, np.asarray(bounds, np.float64))
     return chunks
 
 
@@ -72,17 +71,20 @@ def from_chunks(total: IntArray, bounds: FloatArray) -> FloatArray:
         NaN where a value is NaN or larger than its bound, or where the bound is not
         finite.
     """
-    sums = np.full(len(bounds), math.nan)
-    for row, bound in enumerate(bounds):
-        high, middle, low, bad = (int(chunk) for chunk in total[row])
-        if bad == 0 and math.isfinite(bound):
-            # Python integers are exact, and float() of one rounds correctly.
-            fixed_point = (high << 2 * _BITS) + (middle << _BITS) + low
-            sums[row] = math.ldexp(float(fixed_point), _exponent(bound) - 3 * _BITS)
-    return sums
+    rows = zip(total.tolist(), bounds.tolist(), strict=True)
+    return np.array([_from_chunks(chunks, bound) for chunks, bound in rows])
 
 
-@lru_cache(maxsize=64)
+def _from_chunks(chunks: list[int], bound: float) -> float:
+    high, middle, low, bad = chunks
+    if bad or not math.isfinite(bound):
+        return math.nan
+    # Python integers are exact, and float() of one rounds correctly.
+    fixed_point = (high << 2 * _BITS) + (middle << _BITS) + low
+    return math.ldexp(float(fixed_point), _exponent(bound) - 3 * _BITS)
+
+
+@register_jitable  # type: ignore[untyped-decorator]
 def _exponent(bound: float) -> int:
     """Return the power of two above `bound`, within what the scale can hold."""
     if not math.isfinite(bound):
@@ -90,17 +92,18 @@ def _exponent(bound: float) -> int:
     return max(math.frexp(bound)[1], _SMALLEST_EXPONENT)
 
 
-@njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _sum_chunks(rows: FloatArray, bounds: FloatArray, scales: FloatArray) -> IntArray:
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def sum_chunks(rows: FloatArray, bounds: FloatArray) -> IntArray:
     """Split each value into three 34-bit integers and sum them.
 
     The scale is a power of two and a fraction is exact, so nothing is rounded;
-    only what is below the last chunk is cut off.
+    only what is below the last chunk is cut off. See `fixed_point_chunks`.
     """
     chunk = 17179869184.0  # 2^34
-    total = np.zeros((rows.shape[0], 4), np.int64)
+    total = np.zeros((rows.shape[0], CHUNKS), np.int64)
     for row in range(rows.shape[0]):
-        values, bound, scale = rows[row], bounds[row], scales[row]
+        values, bound = rows[row], bounds[row]
+        scale = math.ldexp(1.0, _BITS - _exponent(bound))
         high = middle = low = good = np.int64(0)
         for i in range(values.size):  # without a branch, so that it vectorises
             inside = abs(values[i]) <= bound  # false for NaN as well

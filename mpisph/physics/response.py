@@ -12,6 +12,7 @@ import numpy.typing as npt
 from numba import njit
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.particles import LABEL, VALUE, MaterialState
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics import ductile, eos, failure, porosity, strength, thermal
 from mpisph.physics.cracks import BAND, borne, crack_growth, ring_size
@@ -198,6 +199,40 @@ def share_left(before, lost):
 
 
 @njit(**EXACT)
+def state_of(ids, material, rows, at):
+    """Return the `MaterialState` of rows of fields, in the places that `at` holds."""
+    return MaterialState(
+        id=ids,
+        material=material,
+        m=rows[at.m],
+        r=rows[at.r],
+        u_r=rows[at.u_r],
+        u_z=rows[at.u_z],
+        rho=rows[at.rho],
+        E=rows[at.E],
+        S_rr=rows[at.S_rr],
+        S_zz=rows[at.S_zz],
+        S_rz=rows[at.S_rz],
+        h=rows[at.h],
+        plastic_strain=rows[at.plastic_strain],
+        plastic_work=rows[at.plastic_work],
+        ductile_damage=rows[at.ductile_damage],
+        damage=rows[at.damage],
+        opening=rows[at.opening],
+        distension=rows[at.distension],
+        P=rows[at.P],
+        c=rows[at.c],
+        G=rows[at.G],
+        plastic=rows[at.plastic],
+        T=rows[at.T],
+        melt=rows[at.melt],
+    )
+
+
+_VALUES = MaterialState(*(getattr(VALUE, name, -1) for name in MaterialState._fields))
+
+
+@njit(**EXACT)
 def respond(x, table, sound_speed_floor, dt):
     """Set the response to the state; bring the stress back to yield (R7-R9, R13-R20).
 
@@ -261,3 +296,10 @@ def respond(x, table, sound_speed_floor, dt):
             x.S_zz[k] *= left
             x.S_rz[k] *= left
         x.G[k] *= sound
+
+
+@njit(**EXACT)
+def respond_now(labels, values, table, sound_speed_floor, dt):
+    """Set the response of the rows of `Particles` to their state; see `respond`."""
+    ids, material = labels[LABEL.id], labels[LABEL.material]
+    respond(state_of(ids, material, values, _VALUES), table, sound_speed_floor, dt)

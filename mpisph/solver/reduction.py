@@ -5,7 +5,7 @@ fault or request to stop, and its part of the sums as integers. Every rank recei
 records and draws the same conclusions, so no step needs another reduction.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,15 +13,15 @@ from mpi4py import MPI
 from numba import njit
 
 from mpisph.core.jit import EXACT
-from mpisph.core.particles import FloatArray, Particles
+from mpisph.core.particles import LABEL, VALUE, FloatArray, IntArray, Particles
 from mpisph.diagnostics.cloud import CloudDefinition
-from mpisph.diagnostics.series import PARTS_TYPE, Parts, joined, local_parts
-from mpisph.diagnostics.stability import STABLE, Bounds, first_fault
-from mpisph.parallel.halo import bounding_box
+from mpisph.diagnostics.series import PARTS_TYPE, Parts, joined, parts_of
+from mpisph.diagnostics.stability import STABLE, Bounds, fault_of
+from mpisph.parallel.halo import box_of
 from mpisph.parallel.load_balance import relative_pair_costs, work_of
 from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
-from mpisph.sph.timestep import StepRule, local_limit
+from mpisph.sph.timestep import StepRule, allowed_step, limit_of
 
 Records = npt.NDArray[np.void]
 
@@ -107,50 +107,53 @@ def global_reduction(
     retired : Parts, optional
         What matter that has left the game on this rank adds to the sums.
     """
-    limit, where = local_limit(p, scheme)
-    fault, fault_id = first_fault(p, table, bounds)
-    parts = local_parts(p, cloud, sum_bounds)
-    record = np.zeros(1, RECORD)
-    record["limit"] = limit
-    record["limited_by"] = p.id[where] if where >= 0 else -1
-    record["box"] = bounding_box(p, scheme.kappa, rule.allowed(limit), rule.kick)
-    record["work"] = work_of(p.neighbours).sum()
-    record["pair_cost"] = pair_cost
-    record["fault"], record["fault_id"] = fault, fault_id
-    record["stop_request"] = stop_request
-    record["sums"], record["maxima"] = parts
+    mine, records = np.zeros(1, RECORD), np.empty(comm.size, RECORD)
+    _take_down(
+        p.labels, p.values, table, scheme, rule, bounds, sum_bounds, cloud,
+        pair_cost, int(stop_request), mine,
+    )  # fmt: skip
     if retired is not None:
-        record["sums"] += retired.sums
-        record["maxima"] = np.maximum(record["maxima"], retired.maxima)
-    records = np.empty(comm.size, RECORD)
-    comm.Allgather(record.view(np.int64), records.view(np.int64))
+        mine["sums"] += retired.sums
+        mine["maxima"] = np.maximum(mine["maxima"], retired.maxima)
+    comm.Allgather(mine.view(np.int64), records.view(np.int64))
     return _conclude(records, sum_bounds)
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def _take_down(
+    labels: IntArray, values: FloatArray, table: MaterialTable,
+    scheme: SchemeConstants, rule: StepRule, bounds: Bounds, sum_bounds: FloatArray,
+    cloud: CloudDefinition, pair_cost: float, stop_request: int, records: Records,
+) -> None:  # fmt: skip
+    """Write this rank's record: one call, for in a small run calls are what counts."""
+    mine = records[0]
+    limit, where = limit_of(labels, values, scheme)
+    mine.limit, mine.limited_by = limit, labels[LABEL.id, where] if where >= 0 else -1
+    mine.box[:] = box_of(values, scheme.kappa, allowed_step(rule, limit), rule.kick)
+    mine.work = work_of(values[VALUE.neighbours]).sum()
+    mine.pair_cost, mine.stop_request = pair_cost, stop_request
+    mine.fault, mine.fault_id = fault_of(labels, values, table, bounds)
+    sums, maxima = parts_of(labels, values, cloud, sum_bounds)
+    mine.sums[:], mine.maxima[:] = sums, maxima
 
 
 def _conclude(records: Records, sum_bounds: FloatArray) -> Reduction:
     """Draw the same conclusions from all records on every rank."""
-    first, fault, who = _first_and_fault(records)
-    pair_costs = relative_pair_costs(records["pair_cost"])
-    return Reduction(
-        limit=float(records["limit"][first]),
-        limited_by=int(records["limited_by"][first]),
-        rank_boxes=records["box"].copy(),
-        work=pair_costs * records["work"],
-        pair_costs=pair_costs,
-        fault=int(fault),
-        fault_id=int(who),
-        stop_request=int(records["stop_request"].max()),
-        series=joined(records["sums"], records["maxima"], sum_bounds),
-    )
+    agreed, sums, maxima = _agree(records)
+    return Reduction(*agreed, joined(sums, maxima, sum_bounds))
 
 
 @njit(**EXACT)  # type: ignore[untyped-decorator]
-def _first_and_fault(records: Records) -> tuple[int, int, int]:
-    """Return the rank with the smallest limit, the fault of smallest id, and that id.
+def _agree(records: Records) -> tuple[Any, ...]:
+    """Return the items of `Reduction`, and for its series the sums and maxima.
 
     Of equal limits, the smaller id's comes first.
     """
-    first, faulty = 0, -1
+    first, faulty, stop_request = 0, -1, 0
+    boxes, work, pair_costs = (
+        np.empty((records.size, 4)), np.empty(records.size), np.empty(records.size),
+    )  # fmt: skip
+    sums, maxima = records[0].sums.copy(), records[0].maxima.copy()
     for k in range(records.size):
         mine, best = records[k], records[first]
         if mine.limit < best.limit or (
@@ -161,6 +164,20 @@ def _first_and_fault(records: Records) -> tuple[int, int, int]:
             faulty < 0 or mine.fault_id < records[faulty].fault_id
         ):
             faulty = k
-    if faulty < 0:
-        return first, STABLE, -1
-    return first, records[faulty].fault, records[faulty].fault_id
+        stop_request = max(stop_request, mine.stop_request)
+        boxes[k], work[k], pair_costs[k] = mine.box, mine.work, mine.pair_cost
+        if k > 0:
+            sums += mine.sums
+            maxima = np.maximum(maxima, mine.maxima)
+    relative = relative_pair_costs(pair_costs)
+    agreed = (
+        records[first].limit,
+        records[first].limited_by,
+        boxes,
+        relative * work,
+        relative,
+        records[faulty].fault if faulty >= 0 else STABLE,
+        records[faulty].fault_id if faulty >= 0 else -1,
+        stop_request,
+    )
+    return agreed, sums, maxima

@@ -10,7 +10,7 @@ from mpisph.case.discretise import InitialParticles
 from mpisph.case.shield import flights_of
 from mpisph.core.particles import Particles
 from mpisph.diagnostics.cloud import cloud_definition
-from mpisph.diagnostics.series import Scales
+from mpisph.diagnostics.series import Scales, bounds_of
 from mpisph.diagnostics.stability import Bounds
 from mpisph.parallel.decomposition import Cut
 from mpisph.physics.artificial_stress import artificial_stress
@@ -65,6 +65,7 @@ def make_simulation(
         lattice=make_lattice(case.smoothing_length, scheme.kappa),
         bounds=_bounds(case, scales.energy),
         scales=scales,
+        sum_bounds=bounds_of(scales),
         cloud=cloud_definition(case),
         rule=step_rule(case),
         cut=cut,

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 from mpi4py import MPI
 
 from mpisph.case import Case
-from mpisph.core.particles import Particles
+from mpisph.core.particles import FloatArray, Particles
 from mpisph.core.timers import Timers
+from mpisph.core.workspace import Workspace
 from mpisph.diagnostics.cloud import CloudDefinition
 from mpisph.diagnostics.series import Parts, Scales
 from mpisph.diagnostics.stability import Bounds
@@ -33,7 +34,7 @@ class Simulation:
         Owned by this rank, less those that have left the game.
     n_total : int
         Number of particles on all ranks.
-    scheme, table, lattice, bounds, scales, cloud
+    scheme, table, lattice, bounds, scales, sum_bounds, cloud
         Constants of the run, derived from the case.
     rule : StepRule
         How the case's steps follow from the limits.
@@ -67,6 +68,8 @@ class Simulation:
         Time spent in each phase of the step.
     skip_quiescent : bool
         Whether matter at rest is left out of the pair loop; no bit depends on it.
+    workspace : Workspace
+        Arrays that a step fills anew.
     retirement : Retirement, optional
         When matter leaves the game.
     retired : Particles
@@ -84,6 +87,7 @@ class Simulation:
     lattice: Lattice
     bounds: Bounds
     scales: Scales
+    sum_bounds: FloatArray
     cloud: CloudDefinition
     rule: StepRule
     cut: Cut
@@ -101,6 +105,7 @@ class Simulation:
     halo: Halo = field(default_factory=Halo)
     timers: Timers = field(default_factory=Timers)
     skip_quiescent: bool = True
+    workspace: Workspace = field(default_factory=Workspace)
     retirement: Retirement | None = None
     retired: Particles = field(default_factory=lambda: Particles.zeros(0))
     retired_parts: Parts | None = None

@@ -13,26 +13,32 @@ Before each step the ranks make one reduction, the step's only one; now and then
 cut is moved and particles change their owner.
 """
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from mpisph.core.particles import CORRECTION, FloatArray, Particles
-from mpisph.diagnostics.series import bounds_of, local_parts
+from mpisph.core.particles import FloatArray, Particles
+from mpisph.diagnostics.series import local_parts
 from mpisph.parallel.cost_model import fastest_cut
 from mpisph.parallel.decomposition import Cut, owners, part_work
 from mpisph.parallel.halo import boxes, exchange_halo, reach
 from mpisph.parallel.load_balance import imbalance, work_of
 from mpisph.parallel.migration import migrate
-from mpisph.physics.response import respond
+from mpisph.physics.response import respond_now
 from mpisph.solver.reduction import Reduction, global_reduction
 from mpisph.solver.state import Simulation
-from mpisph.sph.integrator import drift, kick, predict
+from mpisph.sph.integrator import drift, kick
 from mpisph.sph.neighbours import cell_keys
+from mpisph.sph.pair_records import RECORD_FIELDS
 from mpisph.sph.planes import with_images
 from mpisph.sph.rates import update_rates
 from mpisph.sph.retirement import has_left
-from mpisph.sph.sources import exchanged_fields, name_fields, sort_fields
+from mpisph.sph.sources import (
+    AHEAD,
+    EXCHANGED,
+    ROW,
+    look_ahead,
+    respond_ahead,
+    sort_fields,
+)
 from mpisph.sph.timestep import StepRule
 
 MIGRATE_EVERY = 20
@@ -71,7 +77,7 @@ def reduce_state(
             sim.scheme,
             rule or sim.rule,
             sim.bounds,
-            bounds_of(sim.scales),
+            sim.sum_bounds,
             sim.cloud,
             sim.pair_cost.value,
             stop_request,
@@ -144,7 +150,7 @@ def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
     with sim.timers.measure("stepping"):
         kick(p, after)
     with sim.timers.measure("materials"):
-        respond(p.material_state(), sim.table, sim.scheme.sound_speed_floor, dt)
+        respond_now(p.labels, p.values, sim.table, sim.scheme.sound_speed_floor, dt)
     sim.time += dt
     sim.step += 1
     sim.dt = dt
@@ -171,7 +177,7 @@ def _retire(sim: Simulation, dt: float) -> Particles:
 def add_retired(sim: Simulation, leaving: Particles) -> None:
     """Add matter that has left the game on this rank."""
     sim.retired = Particles.unpack([sim.retired.pack(), leaving.pack()])
-    sim.retired_parts = local_parts(sim.retired, sim.cloud, bounds_of(sim.scales))
+    sim.retired_parts = local_parts(sim.retired, sim.cloud, sim.sum_bounds)
 
 
 def evaluate_rates(
@@ -189,42 +195,24 @@ def evaluate_rates(
     dt : float
         Time since the last evaluation, zero for the first [s].
     """
-    p, scheme = sim.particles, sim.scheme
-    # Artificial heat (R6) and the weights (R3) need the divergence, and solids the
-    # correction (R2, R3), which this evaluation is to give. The last ones alone would
-    # make the scheme first order in time; extrapolated, they keep the second.
+    p, scheme, room = sim.particles, sim.scheme, sim.workspace.room
     last_div, last_correction = p.div.copy(), p.correction.copy()
-    ahead = {"div": p.div + dt * p.ddiv}
-    B = p.correction + dt * p.correction_rates
-    ahead |= zip(CORRECTION, B, strict=True)
     with sim.timers.measure("stepping"):
-        state = p.material_state(predict(p, after))
-        p.w_r[:], p.w_z[:] = state.u_r, state.u_z
+        ahead = room("ahead", len(AHEAD), p.n)
+        look_ahead(p, after, dt, ahead)
+        p.w_r[:], p.w_z[:] = ahead[ROW.u_r], ahead[ROW.u_z]
     with sim.timers.measure("materials"):
-        respond(state, sim.table, scheme.sound_speed_floor, dt)
+        respond_ahead(ahead, sim.table, scheme.sound_speed_floor, dt)
     with sim.timers.measure("halo"):
-        fields = _with_ghosts(sim, {**state._asdict(), **ahead}, rank_boxes)
-        G = state.G
-        del state, ahead, B  # a tenth of the memory at the peak, in the pair loop
+        fields = _with_ghosts(sim, ahead[: len(EXCHANGED)], rank_boxes)
     with sim.timers.measure("neighbours"):
         cells = sort_fields(fields, sim.lattice)
     with sim.timers.measure("pair loop") as watch:
+        records = room("records", fields.shape[1], RECORD_FIELDS)
         pairs = update_rates(
-            name_fields(fields),
-            cells,
-            sim.lattice,
-            sim.table,
-            scheme,
-            p.material,
-            G,
-            p.rates,
-            p.div,
-            p.damping,
-            p.crowding,
-            p.correction,
-            p.neighbours,
+            fields, cells, sim.lattice, sim.table, scheme, ahead[ROW.G], p, records,
             sim.skip_quiescent,
-        )
+        )  # fmt: skip
     sim.pair_cost.note(watch.spent, pairs)
     sim.interactions += pairs
     if dt > 0.0:
@@ -233,14 +221,13 @@ def evaluate_rates(
 
 
 def _with_ghosts(
-    sim: Simulation, ahead: Mapping[str, FloatArray], rank_boxes: FloatArray
+    sim: Simulation, fields: FloatArray, rank_boxes: FloatArray
 ) -> FloatArray:
     """Return the fields of the owned particles, then of ghosts and mirror images."""
-    p = sim.particles
-    fields = exchanged_fields(p, ahead)
-    half = reach(ahead["h"], sim.scheme.kappa)
-    these = boxes(p.r, p.z, half, half)
+    half = reach(fields[ROW.h], sim.scheme.kappa)
+    these = boxes(fields[ROW.r], fields[ROW.z], half, half)
     ghosts = exchange_halo(sim.comm, fields, these, rank_boxes, sim.halo)
+    owned = fields.shape[1]
     if ghosts.size > 0:
         fields = np.concatenate([fields, ghosts], axis=1)
-    return with_images(fields, p.n, sim.planes, sim.scheme.kappa, sim.n_total)
+    return with_images(fields, owned, sim.planes, sim.scheme.kappa, sim.n_total)

@@ -8,7 +8,6 @@ the same bits however the particles are spread over ranks.
 
 import math
 
-import numpy as np
 from numba import njit
 
 from mpisph.core.jit import EXACT
@@ -79,8 +78,6 @@ def drift(
     )  # fmt: skip
 
 
-def predict(p: Particles, tau: float) -> FloatArray:
-    """Return the integrated fields a further `tau` [s] ahead, shape (8, n) (R11)."""
-    predicted = np.empty_like(p.integrated)
-    _advance(p.integrated, p.rates, tau, predicted)
-    return predicted
+def predict(p: Particles, tau: float, out: FloatArray) -> None:
+    """Write the integrated fields a further `tau` [s] ahead, shape (8, n) (R11)."""
+    _advance(p.integrated, p.rates, tau, out)

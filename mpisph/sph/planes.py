@@ -7,6 +7,7 @@ plane. An image is never nearer to a particle than its original is, so a rank th
 received its ghosts can make all images that its particles reach.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -34,7 +35,7 @@ class Planes(NamedTuple):
     @property
     def exist(self) -> bool:
         """Whether there is any."""
-        return bool(np.isfinite(self).any())
+        return math.isfinite(self.low) or math.isfinite(self.high)
 
 
 def with_images(
@@ -57,10 +58,12 @@ def with_images(
     -------
     ndarray, shape (len(EXCHANGED), n + images)
     """
+    if not planes.exist:
+        return fields
     z, half = fields[_Z], reach(fields[_H], kappa)
     parts = [fields]
     for number, plane in enumerate(planes, start=1):
-        if np.isinf(plane):
+        if math.isinf(plane):
             continue
         beyond = half - np.abs(z - plane)  # how far particles reach behind the plane
         farthest = beyond[:owned].max(initial=-np.inf)
@@ -69,4 +72,4 @@ def with_images(
         image[_ODD] *= -1.0
         image[_ID].view(np.int64)[:] += number * n_total
         parts.append(image)
-    return np.concatenate(parts, axis=1) if len(parts) > 1 else fields
+    return np.concatenate(parts, axis=1)

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from mpisph.core.jit import EXACT
-from mpisph.core.particles import RATE, FloatArray, IntArray
+from mpisph.core.particles import LABEL, RATE, VALUE, FloatArray, Particles
 from mpisph.physics.kernel import lies_near_axis
 from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
@@ -32,7 +32,7 @@ from mpisph.sph.neighbours import (
     find_neighbours,
     row_of,
 )
-from mpisph.sph.pair_records import RECORD_FIELDS, record_at, write_pair_records
+from mpisph.sph.pair_records import record_at, write_pair_records
 from mpisph.sph.pairs import (
     LANES,
     acceleration,
@@ -47,7 +47,7 @@ from mpisph.sph.quiescence import (
     is_negligible,
     quiescent_until,
 )
-from mpisph.sph.sources import Sources
+from mpisph.sph.sources import name_fields
 
 CROWDED = 1.1
 """Kernel sum over carried density from which on a particle expands no further. Sound
@@ -113,24 +113,16 @@ def _rest(k, alpha_c, rates, div, damping, crowding, correction):
 
 @njit(**EXACT)
 def _update_rates(
-    sources,
-    records,
-    cells,
-    lattice,
-    table,
-    scheme,
-    lee2003,
-    skip,
-    material,
-    G,
-    rates,
-    div,
-    damping,
-    crowding,
-    correction,
-    count,
+    fields, records, cells, lattice, table, scheme, lee2003, skip, G, labels, values
 ):
+    sources = name_fields(fields)
+    write_pair_records(sources, cells.order, table, scheme, records)
     calm, next_change = calm_particles(records)
+    material = labels[LABEL.material]
+    rates = values[VALUE.du_r : VALUE.dh + 1]
+    correction = values[VALUE.B_rr : VALUE.B_zz + 1]
+    div, damping = values[VALUE.div], values[VALUE.damping]
+    crowding, count = values[VALUE.crowding], values[VALUE.neighbours]
     runs = np.empty((cells.columns.shape[0], 2), np.int64)
     rows = make_buffer(512)
     buffer = rows.reshape((rows.shape[0], -1))
@@ -189,26 +181,21 @@ def _update_rates(
 
 
 def update_rates(
-    sources: Sources,
+    fields: FloatArray,
     cells: CellOrder,
     lattice: Lattice,
     table: MaterialTable,
     scheme: SchemeConstants,
-    material: IntArray,
     G: FloatArray,
-    rates: FloatArray,
-    div: FloatArray,
-    damping: FloatArray,
-    crowding: FloatArray,
-    correction: FloatArray,
-    count: FloatArray,
+    p: Particles,
+    records: FloatArray,
     skip_quiescent: bool = True,
 ) -> int:
     """Evaluate the rates of all owned particles (R2-R7, R10).
 
     Parameters
     ----------
-    sources : Sources
+    fields : ndarray, shape (len(EXCHANGED), n + ghosts)
         Owned particles, then ghosts.
     cells : CellOrder
         Their global order.
@@ -216,19 +203,17 @@ def update_rates(
     table : structured ndarray
         Material constants.
     scheme : SchemeConstants
-    material : ndarray of int64, shape (n,)
-        Index of the owned particles' materials.
     G : ndarray, shape (n,)
-        Their shear modulus [Pa].
-    rates : ndarray, shape (8, n)
-        Written: rates of u_r, u_z, rho, E, S_rr, S_zz, S_rz, h.
-    correction : ndarray, shape (4, n)
-        Written: B_rr, B_tt, B_rz, B_zz for the next evaluation; `sources` hold those
-        of this one.
-    div, damping, crowding, count : ndarray, shape (n,)
-        Written: velocity divergence [1/s], viscous signal speed [m/s], kernel sum over
-        density, and number of neighbours evaluated, zero where the surroundings are
-        quiescent.
+        Shear modulus of the owned particles [Pa].
+    p : Particles
+        The owned particles, of which are written: the rates; the correction of the
+        next evaluation, `fields` hold that of this one; divergence, viscous signal
+        speed, and kernel sum over density; and the number of neighbours evaluated, zero
+        where the surroundings are quiescent.
+    records : ndarray, shape (n + ghosts, RECORD_FIELDS)
+        Room for what the pair loop reads. From NumPy, which asks for large pages as
+        Numba does not: records of 350 000 particles then take four times as long to
+        write.
     skip_quiescent : bool, optional
         False evaluates quiescent matter too, with the same bits.
 
@@ -237,15 +222,10 @@ def update_rates(
     int
         Number of directed interactions evaluated.
     """
-    # Allocated here: NumPy asks for large pages, Numba does not, and records of 350 000
-    # particles then take four times as long to write.
-    records = np.empty((cells.order.size, RECORD_FIELDS))
-    write_pair_records(sources, cells.order, table, scheme, records)
     return int(
         _update_rates(
-            sources, records, cells, lattice, table, scheme,
+            fields, records, cells, lattice, table, scheme,
             True if scheme.lee2003 else None,  # None compiles the other form
-            skip_quiescent, material, G,
-            rates, div, damping, crowding, correction, count,
+            skip_quiescent, G, p.labels, p.values,
         )
     )  # fmt: skip

@@ -7,65 +7,123 @@ and sums over them have the same bits.
 """
 
 import collections
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numba import njit
 
+from mpisph.core.jit import EXACT
 from mpisph.core.particles import (
+    CORRECTION,
     FIELDS,
-    LABELS,
+    HISTORY,
+    LABEL,
+    VALUE,
     FloatArray,
+    MaterialState,
     Particles,
 )
+from mpisph.physics.response import MaterialTable, respond, state_of
+from mpisph.sph.integrator import predict
 from mpisph.sph.neighbours import CellOrder, Lattice, sort_into_cells
 
 EXCHANGED = tuple(f.name for f in FIELDS if f.exchanged)
 """Rows of what is sent, in the order of `FIELDS`: labels first, by their bits."""
 
-_LABELS = [name for name in EXCHANGED if name in LABELS]
-
+AHEAD = (*EXCHANGED, *(n for n in MaterialState._fields if n not in EXCHANGED))
+"""Rows of `look_ahead`: what is sent, then what material models need besides."""
 
 _namedtuple: Any = collections.namedtuple  # of fields that follow the table
 
 Sources: Any = _namedtuple("Sources", EXCHANGED)
 """Owned particles and then ghosts; each array has shape (n + ghosts,), SI units."""
 
+ROW: Any = _namedtuple("ROW", AHEAD)(*range(len(AHEAD)))
+"""Row of each field, by its name."""
 
-def exchanged_fields(p: Particles, ahead: Mapping[str, FloatArray]) -> FloatArray:
-    """Pack the fields that ghosts need, as they are at the time of evaluation.
+_INTEGRATED = slice(ROW.u_r, ROW.h + 1)
+_SAME = ("m", "r", "z", *HISTORY, "melt")
+_SAME_TO = np.array([AHEAD.index(name) for name in _SAME])
+_SAME_FROM = np.array([getattr(VALUE, name) for name in _SAME])
+_STATE = MaterialState(*(AHEAD.index(name) for name in MaterialState._fields))
+
+
+def look_ahead(p: Particles, after: float, dt: float, ahead: FloatArray) -> None:
+    """Write the state that the rates are evaluated for (R11).
+
+    Artificial heat (R6) and the weights (R3) need the divergence, and solids the
+    correction (R2, R3), which that evaluation is to give. The last ones alone would
+    make the scheme first order in time; extrapolated, they keep the second.
 
     Parameters
     ----------
     p : Particles
-        The owned particles; positions and what never changes are theirs.
-    ahead : mapping of str to ndarray
-        The fields that are others at that time than now, each of shape (n,).
-
-    Returns
-    -------
-    ndarray of float64, shape (len(EXCHANGED), n)
+        The owned particles, at their new positions.
+    after : float
+        How far ahead of the other fields that state is [s].
+    dt : float
+        Time since the last evaluation [s].
+    ahead : ndarray, shape (len(AHEAD), n)
+        Written; the response is for `respond_ahead`.
     """
-    packed = np.empty((len(EXCHANGED), p.n))
-    for row, name in enumerate(EXCHANGED):
-        values = ahead.get(name, getattr(p, name))
-        packed[row] = values.view(np.float64)
-    return packed
+    predict(p, after, ahead[_INTEGRATED])
+    _carry(p.labels, p.values, dt, ahead)
+
+
+@njit(**EXACT)
+def _carry(labels: Any, values: Any, dt: float, ahead: Any) -> None:
+    """Write what is not integrated: copies, and what the last two steps foretell."""
+    ahead[ROW.id].view(np.int64)[:] = labels[LABEL.id]
+    ahead[ROW.material].view(np.int64)[:] = labels[LABEL.material]
+    for k in range(_SAME_TO.size):
+        ahead[_SAME_TO[k]] = values[_SAME_FROM[k]]
+    for i in range(values.shape[1]):
+        ahead[ROW.div, i] = values[VALUE.div, i] + dt * values[VALUE.ddiv, i]
+    for k in range(len(CORRECTION)):
+        B, dB = values[VALUE.B_rr + k], values[VALUE.dB_rr + k]
+        for i in range(B.size):
+            ahead[ROW.B_rr + k, i] = B[i] + dt * dB[i]
+
+
+@njit(**EXACT)
+def respond_ahead(
+    ahead: Any, table: MaterialTable, sound_speed_floor: float, dt: float
+) -> None:
+    """Set the response to the state of `look_ahead`; see `response.respond`."""
+    ids, material = ahead[ROW.id].view(np.int64), ahead[ROW.material].view(np.int64)
+    respond(state_of(ids, material, ahead, _STATE), table, sound_speed_floor, dt)
 
 
 def sort_fields(fields: FloatArray, lattice: Lattice) -> CellOrder:
     """Sort exchanged fields, shape (len(EXCHANGED), n), into the cells."""
-    row = EXCHANGED.index
     return sort_into_cells(
-        fields[row("id")].view(np.int64),
-        fields[row("r")],
-        fields[row("z")],
-        fields[row("h")],
+        fields[ROW.id].view(np.int64), fields[ROW.r], fields[ROW.z], fields[ROW.h],
         lattice,
-    )
+    )  # fmt: skip
 
 
-def name_fields(fields: FloatArray) -> Sources:
+@njit(**EXACT)
+def name_fields(fields: Any) -> Sources:
     """Return views of exchanged fields, shape (len(EXCHANGED), n), by their names."""
-    rows = dict(zip(EXCHANGED, fields, strict=True))
-    return Sources(**{**rows, **{name: rows[name].view(np.int64) for name in _LABELS}})
+    return Sources(
+        id=fields[ROW.id].view(np.int64),
+        material=fields[ROW.material].view(np.int64),
+        m=fields[ROW.m],
+        r=fields[ROW.r],
+        z=fields[ROW.z],
+        u_r=fields[ROW.u_r],
+        u_z=fields[ROW.u_z],
+        rho=fields[ROW.rho],
+        E=fields[ROW.E],
+        S_rr=fields[ROW.S_rr],
+        S_zz=fields[ROW.S_zz],
+        S_rz=fields[ROW.S_rz],
+        h=fields[ROW.h],
+        div=fields[ROW.div],
+        P=fields[ROW.P],
+        c=fields[ROW.c],
+        B_rr=fields[ROW.B_rr],
+        B_tt=fields[ROW.B_tt],
+        B_rz=fields[ROW.B_rz],
+        B_zz=fields[ROW.B_zz],
+    )

@@ -6,10 +6,12 @@ Each limit is scaled by the Courant factor, so that halving it halves every step
 import math
 from typing import NamedTuple
 
+import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 from mpisph.core.jit import EXACT
-from mpisph.core.particles import Particles
+from mpisph.core.particles import LABEL, VALUE, Particles
 from mpisph.physics.heat import diffusivity
 from mpisph.physics.scheme import SchemeConstants
 
@@ -26,7 +28,7 @@ with a share of 1 to 45 %."""
 @njit(**EXACT)
 def signal_limit(h, c, rho, G, damping):
     """Return the Courant limit of longitudinal waves and viscosity (R11) [s]."""
-    longitudinal = math.sqrt(c * c + 4.0 * G / (3.0 * rho))
+    longitudinal = np.sqrt(c * c + 4.0 * G / (3.0 * rho))
     return h / (longitudinal + VISCOUS_SHARE * damping)
 
 
@@ -34,45 +36,56 @@ def signal_limit(h, c, rho, G, damping):
 def heat_limit(h, zeta, crowding):
     """Return the limit of artificial heat (R11) [s]."""
     rate = 4.0 * zeta * crowding
-    return h * h / rate if rate > 0.0 else math.inf
+    return h * h / rate if rate > 0.0 else np.inf
 
 
 @njit(**EXACT)
 def force_limit(h, du_r, du_z):
     """Return the time in which the acceleration moves a particle by h (R11) [s]."""
-    acceleration = math.hypot(du_r, du_z)
-    return math.sqrt(h / acceleration) if acceleration > 0.0 else math.inf
+    return np.sqrt(h / np.sqrt(du_r * du_r + du_z * du_z))
 
 
 @njit(**EXACT)
 def strain_limit(div):
     """Return the time in which the volume changes by a share of its size (R11) [s]."""
-    return STRAIN_SHARE / abs(div) if div != 0.0 else math.inf
+    return STRAIN_SHARE / abs(div)
 
 
 @njit(**EXACT)
 def smoothing_limit(h, dh):
     """Return the time in which h changes by its own size (R11) [s]."""
-    return h / abs(dh) if dh != 0.0 else math.inf
+    return h / abs(dh)
 
 
 @njit(**EXACT)
-def _limits(ids, h, c, rho, G, div, damping, crowding, du_r, du_z, dh, g1, g2):
-    smallest = math.inf
+def limit_of(labels, values, scheme):
+    """Return the same as `local_limit` of the rows of particles."""
+    ids, h, dh = labels[LABEL.id], values[VALUE.h], values[VALUE.dh]
+    c, rho, G = values[VALUE.c], values[VALUE.rho], values[VALUE.G]
+    div, damping = values[VALUE.div], values[VALUE.damping]
+    crowding = values[VALUE.crowding]
+    du_r, du_z = values[VALUE.du_r], values[VALUE.du_z]
+    limits = np.empty(h.size)
+    for i in range(h.size):  # without a branch, so that it vectorises
+        zeta = diffusivity(scheme.g1, scheme.g2, h[i], c[i], div[i])
+        limit = signal_limit(h[i], c[i], rho[i], G[i], damping[i])
+        limit = _smaller(heat_limit(h[i], zeta, crowding[i]), limit)
+        limit = _smaller(force_limit(h[i], du_r[i], du_z[i]), limit)
+        limit = _smaller(strain_limit(div[i]), limit)
+        limits[i] = _smaller(smoothing_limit(h[i], dh[i]), limit)
+    smallest = np.inf
     where = -1
     for i in range(h.size):
-        limit = min(
-            signal_limit(h[i], c[i], rho[i], G[i], damping[i]),
-            heat_limit(h[i], diffusivity(g1, g2, h[i], c[i], div[i]), crowding[i]),
-            force_limit(h[i], du_r[i], du_z[i]),
-            strain_limit(div[i]),
-            smoothing_limit(h[i], dh[i]),
-        )
-        tie = limit == smallest and where >= 0 and ids[i] < ids[where]
-        if limit < smallest or tie:
-            smallest = limit
+        tie = limits[i] == smallest and where >= 0 and ids[i] < ids[where]
+        if limits[i] < smallest or tie:
+            smallest = limits[i]
             where = i
     return smallest, where
+
+
+@njit(**EXACT)
+def _smaller(a, b):
+    return a if a < b else b
 
 
 def local_limit(p: Particles, scheme: SchemeConstants) -> tuple[float, int]:
@@ -91,10 +104,7 @@ def local_limit(p: Particles, scheme: SchemeConstants) -> tuple[float, int]:
         Index of the particle that sets it, of several the one of smallest id; -1 for
         none.
     """
-    limit, where = _limits(
-        p.id, p.h, p.c, p.rho, p.G, p.div, p.damping, p.crowding,
-        p.du_r, p.du_z, p.dh, scheme.g1, scheme.g2,
-    )  # fmt: skip
+    limit, where = limit_of(p.labels, p.values, scheme)
     return float(limit), int(where)
 
 
@@ -121,7 +131,13 @@ class StepRule(NamedTuple):
 
     def allowed(self, limit: float) -> float:
         """Return the step for the smallest `limit` [s] among some particles."""
-        return self.longest if self.fixed else min(self.courant * limit, self.longest)
+        return float(allowed_step(self, limit))
+
+
+@register_jitable
+def allowed_step(rule: StepRule, limit: float) -> float:
+    """Return the same as `StepRule.allowed`."""
+    return rule.longest if rule.fixed else min(rule.courant * limit, rule.longest)
 
 
 def step_to(remaining: float, dt: float) -> float:

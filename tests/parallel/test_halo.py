@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mpi4py import MPI
-from oracles import agree, approx, bits, cloud
+from oracles import agree, approx, bits, cloud, predicted_fields
 
 from mpisph.core.particles import INTEGRATED, Particles
 from mpisph.parallel.halo import (
@@ -16,7 +16,7 @@ from mpisph.parallel.halo import (
     reach,
     select,
 )
-from mpisph.sph.integrator import drift, kick, predict
+from mpisph.sph.integrator import drift, kick
 
 KAPPA = 3.0
 
@@ -147,7 +147,7 @@ def test_ghosts_hold_all_neighbours_after_a_step(way):
     def step(particles):
         kick(particles, 0.5 * dt)
         drift(particles, dt)
-        return predict(particles, 0.5 * dt)[INTEGRATED.index("h")]
+        return predicted_fields(particles, 0.5 * dt)[INTEGRATED.index("h")]
 
     h = step(mine)
     ghosts = exchanged(comm, mine, h, rank_boxes)
@@ -189,7 +189,7 @@ def test_two_particles_that_come_within_reach_during_a_step(what, axis):
     rank_boxes = np.array(comm.allgather(bounding_box(p, KAPPA, dt)))
     kick(p, 0.5 * dt)
     drift(p, dt)
-    h = predict(p, 0.5 * dt)[INTEGRATED.index("h")]
+    h = predicted_fields(p, 0.5 * dt)[INTEGRATED.index("h")]
     apart = comm.allgather((getattr(p, axis).tolist(), h.tolist()))
     (x_0, h_0), (x_1, h_1) = apart[0], apart[-1]
     within = abs(x_1[0] - x_0[0]) < 0.5 * KAPPA * (h_0[0] + h_1[0])

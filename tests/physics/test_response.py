@@ -101,23 +101,11 @@ def test_respond_brings_the_stress_to_the_yield_surface_r7():
     np.testing.assert_allclose(again, p.stress, rtol=4e-16)
 
 
-def test_a_state_ahead_leaves_the_particles_alone():
-    p = cloud(20, 3)
-    before = bits(p.values)
-    ahead = p.integrated.copy()
-    state = p.material_state(ahead)
-    respond(state, TABLE, FLOOR, 0.0)
-    np.testing.assert_array_equal(bits(p.values), before)
-    assert state.plastic_strain.any()
-    assert not np.array_equal(ahead, p.integrated), "its stress is limited"
-
-
 @pytest.mark.parametrize("name", HISTORY)
 def test_history_is_carried_from_step_to_step(name):
     p = Particles.zeros(3)
     getattr(p, name)[:] = 0.25
     assert getattr(p.material_state(), name).tolist() == [0.25] * 3
-    assert getattr(p.material_state(p.integrated), name).tolist() == [0.25] * 3
 
 
 def test_without_strength_r7_matter_is_a_fluid():

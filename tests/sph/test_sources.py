@@ -3,46 +3,86 @@
 import numpy as np
 import pytest
 from mpi4py import MPI
-from oracles import agree, bits, cloud, evaluate, sent_fields
+from oracles import (
+    ALUMINIUM,
+    COPPER,
+    agree,
+    bits,
+    cloud,
+    evaluate,
+    sent_fields,
+    table_of,
+)
 
-from mpisph.core.particles import FIELDS, INTEGRATED
+from mpisph.core.particles import CORRECTION, FIELDS, HISTORY, INTEGRATED, RESPONSE
 from mpisph.parallel.decomposition import Cut, owners
 from mpisph.parallel.halo import Halo, bounding_box, boxes, exchange_halo, reach
-from mpisph.sph.sources import EXCHANGED, Sources, exchanged_fields, name_fields
+from mpisph.physics.response import respond_now
+from mpisph.sph.sources import (
+    AHEAD,
+    EXCHANGED,
+    Sources,
+    look_ahead,
+    name_fields,
+    respond_ahead,
+)
 
 
-def test_exchanged_fields_are_those_of_the_table():
+def test_the_state_ahead_has_every_field_at_its_time_r11():
+    """Labels keep their bits, rates count from now, extrapolations from the last."""
     p = cloud(9, 1)
     p.id[0] = -1  # as a float its bits are a NaN
-    integrated = np.random.default_rng(2).standard_normal(p.integrated.shape)
-    div = np.random.default_rng(3).standard_normal(9)
-    ahead = {**dict(zip(INTEGRATED, integrated, strict=True)), "div": div}
-    packed = exchanged_fields(p, ahead)
-    names = [f.name for f in FIELDS if f.exchanged]
-    assert names == list(EXCHANGED)
-    assert packed.shape == (len(names), 9)
-    for row, name in zip(packed, names, strict=True):
-        if name in INTEGRATED:
-            want = integrated[INTEGRATED.index(name)]
-        elif name == "div":
-            want = div
+    rng = np.random.default_rng(2)
+    for rates in (p.rates, p.correction_rates, p.ddiv):
+        rates[:] = rng.standard_normal(rates.shape)
+    for name in (*HISTORY, "melt"):
+        getattr(p, name)[:] = rng.uniform(size=9)
+    before = bits(p.values)
+    ahead = np.full((len(AHEAD), 9), np.nan)
+    look_ahead(p, 0.25, 0.5, ahead)
+    np.testing.assert_array_equal(bits(p.values), before)
+    want = {name: getattr(p, name) for name in AHEAD}
+    want |= zip(INTEGRATED, p.integrated + 0.25 * p.rates, strict=True)
+    want |= zip(CORRECTION, p.correction + 0.5 * p.correction_rates, strict=True)
+    want["div"] = p.div + 0.5 * p.ddiv
+    for row, name in zip(ahead, AHEAD, strict=True):
+        if name in RESPONSE and name != "melt":
+            assert np.isnan(row).all(), name
         else:
-            want = getattr(p, name)
-        np.testing.assert_array_equal(bits(row), bits(want), err_msg=name)
+            np.testing.assert_array_equal(bits(row), bits(want[name]), err_msg=name)
+
+
+def test_the_response_ahead_is_that_of_the_same_particles_r11():
+    p = cloud(40, 5, n_materials=2)
+    table = table_of(ALUMINIUM, COPPER)
+    ahead = np.empty((len(AHEAD), p.n))
+    look_ahead(p, 0.0, 0.0, ahead)
+    before = bits(p.values)
+    respond_ahead(ahead, table, 0.01, 1e-9)
+    np.testing.assert_array_equal(bits(p.values), before)
+    respond_now(p.labels, p.values, table, 0.01, 1e-9)
+    for name in (*RESPONSE, *HISTORY, *INTEGRATED):
+        np.testing.assert_array_equal(ahead[AHEAD.index(name)], getattr(p, name), name)
+    assert p.plastic_strain.any()
 
 
 def test_sources_name_what_is_exchanged():
     assert Sources._fields == EXCHANGED
+    assert EXCHANGED == tuple(f.name for f in FIELDS if f.exchanged)
 
 
 def test_name_fields():
     p = cloud(40, 3, n_materials=2)
     p.id[:] += 2**53 + 1  # beyond what a float could count
-    s = name_fields(exchanged_fields(p, {}))
-    for name in EXCHANGED:
+    fields = np.empty((len(AHEAD), p.n))
+    look_ahead(p, 0.0, 0.0, fields)
+    s = name_fields(fields[: len(EXCHANGED)])
+    for name in set(EXCHANGED) - {"P", "c"}:
         want = getattr(p, name)
         np.testing.assert_array_equal(getattr(s, name), want)
         assert getattr(s, name).dtype == want.dtype
+    fields[[AHEAD.index("P"), AHEAD.index("c")]] = [[1.0], [2.0]]
+    assert (s.P[0], s.c[0]) == (1.0, 2.0)
 
 
 def rates_by_id(p):
