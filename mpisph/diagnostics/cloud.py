@@ -214,8 +214,9 @@ def in_cloud(
 ) -> npt.NDArray[np.bool_]:
     """Say which particles are in the cloud, shape (n,)."""
     behind = length_of(z, definition) > 0.0
-    cloud: npt.NDArray[np.bool_] = before_next(body, definition)
-    return cloud & behind & (definition.direction * u_z > definition.min_velocity)
+    cloud: npt.NDArray[np.bool_] = behind & before_next(body, definition)
+    cloud = cloud & (definition.direction * u_z > definition.min_velocity)
+    return cloud
 
 
 @register_jitable  # type: ignore[untyped-decorator]
@@ -243,12 +244,12 @@ def shows_arrival(
     if definition.behind.size == 0:
         return body < 0  # of none
     change = u_z - definition.behind[body]  # NaN of bodies not behind
-    stirred: npt.NDArray[np.bool_] = (
+    shown: npt.NDArray[np.bool_] = (
         np.sqrt(u_r * u_r + change * change) > definition.stirred
     )
-    return stirred | (
-        definition.before[body] & (length_of(z, definition) >= definition.stop)
-    )
+    there = length_of(z, definition) >= definition.stop
+    shown = shown | (definition.before[body] & there)
+    return shown
 
 
 @register_jitable  # type: ignore[untyped-decorator]

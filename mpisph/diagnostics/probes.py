@@ -11,11 +11,19 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
+from numba import njit
 
 from mpisph.case.sections import Gauge
-from mpisph.core.particles import FloatArray, IntArray, Particles
+from mpisph.core.jit import EXACT
+from mpisph.core.particles import LABEL, VALUE, FloatArray, IntArray, Particles
 from mpisph.diagnostics.series import ROOM, Quantity, Scales, column_name
-from mpisph.parallel.reproducible_sum import CHUNKS, fixed_point_chunks, from_chunks
+from mpisph.parallel.reproducible_sum import (
+    CHUNKS,
+    fixed_point_chunks,
+    from_chunks,
+    scale_of,
+    split,
+)
 
 BODY_QUANTITIES = (
     Quantity("mass", "kg", "mass"),
@@ -93,12 +101,20 @@ def nearest_particles(
 
 def note_peaks(p: Particles, peaks: FloatArray) -> None:
     """Raise the largest pressures of the bodies, shape (bodies,), to those of now."""
-    np.maximum.at(peaks, p.body, p.P)
+    _note_peaks(p.labels, p.values, peaks)
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def _note_peaks(labels: IntArray, values: FloatArray, peaks: FloatArray) -> None:
+    body, P = labels[LABEL.body], values[VALUE.P]
+    for k in range(P.size):
+        if P[k] > peaks[body[k]] or np.isnan(P[k]):
+            peaks[body[k]] = P[k]
 
 
 def read_probes(
     comm: MPI.Intracomm,
-    p: Particles,
+    groups: Sequence[Particles],
     peaks: FloatArray,
     gauges: Sequence[Gauge],
     followed: dict[str, int],
@@ -111,8 +127,8 @@ def read_probes(
     Parameters
     ----------
     comm : MPI.Intracomm
-    p : Particles
-        Owned particles.
+    groups : sequence of Particles
+        Together the owned particles.
     peaks : ndarray, shape (bodies,)
         Largest pressures that this rank has seen [Pa].
     gauges : sequence of Gauge
@@ -127,28 +143,27 @@ def read_probes(
     """
     fixed = [gauge for gauge in gauges if gauge.kind == "fixed"]
     moving = [gauge for gauge in gauges if gauge.kind == "moving"]
-    bounds = _body_bounds(scales)
+    n = len(peaks)
+    split = n * _BODY_SUMS
+    bounds = np.array([*_body_bounds(scales)] * n)
     at_gauges = np.full(1 + len(_SAMPLED), _LARGEST)
-    sums = np.concatenate(
-        [
-            *(_body_sums(p, k, bounds) for k in range(len(peaks))),
-            *(
-                fixed_point_chunks(_weighted(p, g, kappa, planes), at_gauges)
-                for g in fixed
-            ),
-        ]
-    )
-    comm.Allreduce(MPI.IN_PLACE, sums, MPI.SUM)
+    sums = np.zeros((split + len(fixed) * at_gauges.size, CHUNKS), np.int64)
     mine = np.zeros((len(moving), len(_FIELDS)))
-    for row, gauge in zip(mine, moving, strict=True):
-        for k in np.flatnonzero(p.id == followed[gauge.name]):
-            row[:] = [getattr(p, name)[k] for name in _FIELDS]
+    for p in groups:
+        sums[:split] += _body_sums(p.labels, p.values, bounds)
+        for j, gauge in enumerate(fixed):
+            begin = split + j * at_gauges.size
+            sums[begin : begin + at_gauges.size] += fixed_point_chunks(
+                _weighted(p, gauge, kappa, planes), at_gauges
+            )
+        for row, gauge in zip(mine, moving, strict=True):
+            for k in np.flatnonzero(p.id == followed[gauge.name]):
+                row[:] = [getattr(p, name)[k] for name in _FIELDS]
+    comm.Allreduce(MPI.IN_PLACE, sums, MPI.SUM)
     one = np.concatenate([peaks, mine.ravel()])
     all_ranks = np.empty((comm.size, one.size))
     comm.Allgather(one, all_ranks)
-    n = len(peaks)
-    split = n * _BODY_SUMS
-    totals = from_chunks(sums[:split], np.tile(bounds, n)).reshape(n, _BODY_SUMS)
+    totals = from_chunks(sums[:split], bounds).reshape(n, _BODY_SUMS)
     highest = all_ranks[:, :n].max(axis=0)
     # One rank owns the particle, the others add zeros.
     of_moving = all_ranks[:, n:].sum(axis=0).reshape(mine.shape)
@@ -167,18 +182,28 @@ def read_probes(
     )
 
 
-def _body_bounds(scales: Scales) -> FloatArray:
+def _body_bounds(scales: Scales) -> tuple[float, ...]:
     """Return what no particle's term of the sums exceeds."""
     m = scales.mass
     momentum, energy = m * ROOM * scales.speed, m * ROOM * scales.energy
-    return np.array([m, momentum, momentum, energy, energy])
+    return m, momentum, momentum, energy, energy
 
 
-def _body_sums(p: Particles, body: int, bounds: FloatArray) -> IntArray:
-    mine = p.body == body
-    m, u_z, u_r, E = p.m[mine], p.u_z[mine], p.u_r[mine], p.E[mine]
-    kinetic = 0.5 * m * (u_r * u_r + u_z * u_z)
-    return fixed_point_chunks(np.stack([m, m * u_z, m * u_r, kinetic, m * E]), bounds)
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def _body_sums(labels: IntArray, values: FloatArray, bounds: FloatArray) -> IntArray:
+    """Return the parts of the sums of all bodies, shape (bodies * sums, CHUNKS)."""
+    scales = np.array([scale_of(bound) for bound in bounds])
+    sums = np.zeros((bounds.size, CHUNKS), np.int64)
+    for k in range(labels.shape[1]):
+        m, E = values[VALUE.m, k], values[VALUE.E, k]
+        u_r, u_z = values[VALUE.u_r, k], values[VALUE.u_z, k]
+        terms = (m, m * u_z, m * u_r, 0.5 * m * (u_r * u_r + u_z * u_z), m * E)
+        for j in range(_BODY_SUMS):
+            row = _BODY_SUMS * labels[LABEL.body, k] + j
+            chunks = split(terms[j], bounds[row], scales[row])
+            for c in range(CHUNKS):
+                sums[row, c] += chunks[c]
+    return sums
 
 
 def _weighted(

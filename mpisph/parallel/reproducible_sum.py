@@ -21,6 +21,10 @@ _BITS = 34
 # Bits of one chunk. A chunk is below 2^34, so that int64 holds the sum of up to
 # 2^29 particles.
 
+_CHUNK = 2.0**_BITS
+_LOW = 2**_BITS - 1
+_LEADING = 62
+
 
 _SMALLEST_EXPONENT = -900
 # The scale 2^(34 - exponent) must stay a finite float64.
@@ -71,17 +75,51 @@ def from_chunks(total: IntArray, bounds: FloatArray) -> FloatArray:
         NaN where a value is NaN or larger than its bound, or where the bound is not
         finite.
     """
-    rows = zip(total.tolist(), bounds.tolist(), strict=True)
-    return np.array([_from_chunks(chunks, bound) for chunks, bound in rows])
+    sums: FloatArray = _from_chunks(total, bounds)
+    return sums
 
 
-def _from_chunks(chunks: list[int], bound: float) -> float:
-    high, middle, low, bad = chunks
-    if bad or not math.isfinite(bound):
-        return math.nan
-    # Python integers are exact, and float() of one rounds correctly.
-    fixed_point = (high << 2 * _BITS) + (middle << _BITS) + low
-    return math.ldexp(float(fixed_point), _exponent(bound) - 3 * _BITS)
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def _from_chunks(total: IntArray, bounds: FloatArray) -> FloatArray:
+    sums = np.full(bounds.size, math.nan)
+    for row in range(bounds.size):
+        high, middle, low, bad = total[row]
+        if bad == 0 and math.isfinite(bounds[row]):
+            exponent = _exponent(bounds[row]) - 3 * _BITS
+            sums[row] = _rounded(high, middle, low, exponent)
+    return sums
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def _rounded(high: int, middle: int, low: int, exponent: int) -> float:
+    """Return ``(high 2^68 + middle 2^34 + low) 2^exponent``, correctly rounded.
+
+    The leading 62 bits make an integer whose last bit is also set if any bit behind
+    them is. A float64 holds 53 bits, so rounding that integer rounds the sum.
+    """
+    middle, low = middle + (low >> _BITS), low & _LOW
+    high, middle = high + (middle >> _BITS), middle & _LOW
+    sign = 1.0
+    if high < 0:
+        sign, low = -1.0, -low
+        middle, low = -middle + (low >> _BITS), low & _LOW
+        high, middle = -high + (middle >> _BITS), middle & _LOW
+    for _ in range(2):
+        if high == 0:
+            high, middle, low, exponent = middle, low, np.int64(0), exponent - _BITS
+    taken = 0  # bits behind `high`
+    while taken < _LEADING - 1 and high >> (_LEADING - 1 - taken) == 0:
+        taken += 1
+    if taken <= _BITS:
+        left = _BITS - taken
+        leading = (high << taken) | (middle >> left)
+        rest = (middle & ((1 << left) - 1)) | low
+    else:
+        left = 2 * _BITS - taken
+        leading = (high << taken) | (middle << (_BITS - left)) | (low >> left)
+        rest = low & ((1 << left) - 1)
+    leading |= np.int64(rest != 0)
+    return sign * math.ldexp(float(leading), exponent + 2 * _BITS - taken)
 
 
 @register_jitable  # type: ignore[untyped-decorator]
@@ -92,28 +130,39 @@ def _exponent(bound: float) -> int:
     return max(math.frexp(bound)[1], _SMALLEST_EXPONENT)
 
 
+@register_jitable  # type: ignore[untyped-decorator]
+def scale_of(bound: float) -> float:
+    """Return the power of two by which `split` makes a value below a bound whole."""
+    return math.ldexp(1.0, _BITS - _exponent(bound))
+
+
+@njit(**EXACT)  # type: ignore[untyped-decorator]
+def split(value: float, bound: float, scale: float) -> tuple[int, int, int, int]:
+    """Return the three chunks of a value, and 1 where it is NaN or beyond its bound.
+
+    The scale is a power of two and a fraction is exact, so nothing is rounded; only
+    what is below the last chunk is cut off.
+    """
+    inside = abs(value) <= bound  # false for NaN as well
+    scaled = (value if inside else 0.0) * scale
+    first = np.int64(scaled)
+    scaled = (scaled - first) * _CHUNK
+    second = np.int64(scaled)
+    return first, second, np.int64((scaled - second) * _CHUNK), np.int64(not inside)
+
+
 @njit(**EXACT)  # type: ignore[untyped-decorator]
 def sum_chunks(rows: FloatArray, bounds: FloatArray) -> IntArray:
-    """Split each value into three 34-bit integers and sum them.
-
-    The scale is a power of two and a fraction is exact, so nothing is rounded;
-    only what is below the last chunk is cut off. See `fixed_point_chunks`.
-    """
-    chunk = 17179869184.0  # 2^34
+    """Return the same as `fixed_point_chunks`."""
     total = np.zeros((rows.shape[0], CHUNKS), np.int64)
     for row in range(rows.shape[0]):
-        values, bound = rows[row], bounds[row]
-        scale = math.ldexp(1.0, _BITS - _exponent(bound))
-        high = middle = low = good = np.int64(0)
+        values, bound, scale = rows[row], bounds[row], scale_of(bounds[row])
+        high = middle = low = bad = np.int64(0)
         for i in range(values.size):  # without a branch, so that it vectorises
-            inside = abs(values[i]) <= bound  # false for NaN as well
-            scaled = (values[i] if inside else 0.0) * scale
-            first = np.int64(scaled)
-            scaled = (scaled - first) * chunk
-            second = np.int64(scaled)
+            first, second, third, beyond = split(values[i], bound, scale)
             high += first
             middle += second
-            low += np.int64((scaled - second) * chunk)
-            good += np.int64(inside)
-        total[row] = high, middle, low, values.size - good
+            low += third
+            bad += beyond
+        total[row] = high, middle, low, bad
     return total

@@ -261,7 +261,7 @@ def respond(x, table, sound_speed_floor, dt):
         left = share_left(molten, x.melt[k]) if dt > 0.0 else 1.0
         stress = left * equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
         factor, increment, work = 1.0, 0.0, 0.0
-        if sound > 0.0:
+        if stress > 0.0 and sound > 0.0:
             # Most matter does not yield; to know it costs less than the call.
             Y, _ = flow_stress(x, k, mat, 0.0, dt)
             if stress / sound > Y:
@@ -282,7 +282,8 @@ def respond(x, table, sound_speed_floor, dt):
         x.c[k] = sound_speed(x.rho[k], P, dP_drho, dP_dE, floor)
         growth = damage_growth(x, k, mat, excess, dt)
         x.P[k] = P
-        x.ductile_damage[k] += used_up(x, k, mat, increment, dt)
+        if increment > 0.0:
+            x.ductile_damage[k] += used_up(x, k, mat, increment, dt)
         if x.ductile_damage[k] >= 1.0:
             size = ring_size(x.m[k], x.r[k], x.rho[k])
             crack = crack_growth(x.c[k], x.G[k], x.rho[k], size, dt)

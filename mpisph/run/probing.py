@@ -79,7 +79,7 @@ class Probes:
         """Write a line of each table; collective."""
         values = read_probes(
             sim.comm,
-            sim.everything,
+            (sim.particles, sim.retired),
             self._peaks,
             sim.case.gauges,
             self._followed,

@@ -139,12 +139,13 @@ def _take_down(
 
 def _conclude(records: Records, sum_bounds: FloatArray) -> Reduction:
     """Draw the same conclusions from all records on every rank."""
+    agreed: Any
     agreed, sums, maxima = _agree(records)
     return Reduction(*agreed, joined(sums, maxima, sum_bounds))
 
 
 @njit(**EXACT)  # type: ignore[untyped-decorator]
-def _agree(records: Records) -> tuple[Any, ...]:
+def _agree(records: Records) -> Any:
     """Return the items of `Reduction`, and for its series the sums and maxima.
 
     Of equal limits, the smaller id's comes first.

@@ -55,7 +55,9 @@ def read(comm, p, gauges=GAUGES, boundary=CASE.boundary):
     note_peaks(p, peaks)
     followed = nearest_particles(comm, p, gauges)
     kappa = CASE.scheme.kappa
-    return read_probes(comm, p, peaks, gauges, followed, SCALES, kappa, boundary.planes)
+    return read_probes(
+        comm, [p], peaks, gauges, followed, SCALES, kappa, boundary.planes
+    )
 
 
 def at(values, name):
@@ -138,7 +140,7 @@ def test_a_moving_gauge_reads_its_particle_wherever_that_is():
     p.z[k], p.P[k] = 0.7, -3.25
     peaks = np.zeros(2)
     values = read_probes(
-        SELF, p, peaks, GAUGES, followed, SCALES, 3.0, CASE.boundary.planes
+        SELF, [p], peaks, GAUGES, followed, SCALES, 3.0, CASE.boundary.planes
     )
     found = at(values, "tracer")
     assert (found["z"], found["P"], found["r"]) == (0.7, -3.25, p.r[k])

@@ -121,9 +121,13 @@ def _temperature(x, k, mat):
     hot = thermal.hot_heat_capacity
     rise = heating(x.E[k] - E_s - stored, thermal.heat_capacity, hot, thermal.span)
     T = max(T_s + rise, 0.0)
-    T_m = melting_temperature(
-        eta, thermal.melting_temperature, thermal.melting_gamma, thermal.melting_slope
-    )
+    T_m0, gamma = thermal.melting_temperature, thermal.melting_gamma
+    slope = thermal.melting_slope
+    # Most matter is far from melting; to know it costs less than the law, which then
+    # only rises.
+    if T <= T_m0 and gamma - slope >= 1.0 / 3.0:
+        return T, 0.0
+    T_m = melting_temperature(eta, T_m0, gamma, slope)
     return share_molten(T, T_m, hot, thermal.heat_of_fusion)
 
 
