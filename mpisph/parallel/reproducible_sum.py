@@ -6,6 +6,7 @@ integer sums have no order.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -91,7 +92,7 @@ def _from_chunks(total: IntArray, bounds: FloatArray) -> FloatArray:
 
 
 @njit(**EXACT)  # type: ignore[untyped-decorator]
-def _rounded(high: int, middle: int, low: int, exponent: int) -> float:
+def _rounded(high: Any, middle: Any, low: Any, exponent: int) -> float:
     """Return ``(high 2^68 + middle 2^34 + low) 2^exponent``, correctly rounded.
 
     The leading 62 bits make an integer whose last bit is also set if any bit behind
@@ -137,7 +138,7 @@ def scale_of(bound: float) -> float:
 
 
 @njit(**EXACT)  # type: ignore[untyped-decorator]
-def split(value: float, bound: float, scale: float) -> tuple[int, int, int, int]:
+def split(value: float, bound: float, scale: float) -> Any:
     """Return the three chunks of a value, and 1 where it is NaN or beyond its bound.
 
     The scale is a power of two and a fraction is exact, so nothing is rounded; only

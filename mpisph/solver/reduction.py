@@ -80,6 +80,9 @@ class Reduction(NamedTuple):
     series: dict[str, float]
 
 
+_AGREED = Reduction._fields[:-1]
+
+
 def global_reduction(
     comm: MPI.Intracomm, p: Particles, table: MaterialTable, scheme: SchemeConstants,
     rule: StepRule, bounds: Bounds, sum_bounds: FloatArray, cloud: CloudDefinition,
@@ -139,9 +142,9 @@ def _take_down(
 
 def _conclude(records: Records, sum_bounds: FloatArray) -> Reduction:
     """Draw the same conclusions from all records on every rank."""
-    agreed: Any
     agreed, sums, maxima = _agree(records)
-    return Reduction(*agreed, joined(sums, maxima, sum_bounds))
+    series = joined(sums, maxima, sum_bounds)
+    return Reduction(**dict(zip(_AGREED, agreed, strict=True)), series=series)
 
 
 @njit(**EXACT)  # type: ignore[untyped-decorator]
