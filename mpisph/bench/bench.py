@@ -10,6 +10,7 @@ from rich.console import Console
 
 from mpisph.bench import PARTS, SCENES, SMALL_NPR
 from mpisph.bench.against import SOURCES, Side, compare, other_side
+from mpisph.bench.flops import measure_arithmetic
 from mpisph.bench.measure import measure, on_ranks, peak_memory, reset_peak
 from mpisph.bench.record import BenchRecord, Comparison, Machine, Measurement, Scaling
 from mpisph.bench.scenes import (
@@ -114,12 +115,17 @@ def bench(
             1,
             lambda _: measure_start_up(case_file, comm.size, options.repeats),
         )
+    arithmetic = None
+    if measurements:
+        _say(comm, console, "arithmetic of an interaction, and of the machine")
+        arithmetic = on_ranks(comm, 1, lambda _: measure_arithmetic())
     return _record(
         comm,
         case=title,
         measurements=tuple(measurements),
         start_up=start_up,
         machine=machine,
+        arithmetic=arithmetic,
     )
 
 

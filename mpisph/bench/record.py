@@ -120,6 +120,18 @@ class StartUp(_Model):
     """With the compiled code in the cache [s]."""
 
 
+class Arithmetic(_Model):
+    """What an interaction takes, and what one core can do."""
+
+    flops: float
+    """Additions, multiplications, divisions and roots of an interaction far from the
+    axis, of the sums alone, as they are written."""
+    bytes: float
+    """What is moved of a neighbour between core and first-level cache [bytes]."""
+    peak: float
+    """Measured rate of fused multiply-adds, each counted twice [flop/s]."""
+
+
 class Machine(_Model):
     """Where it was measured."""
 
@@ -146,6 +158,8 @@ class BenchRecord(_Model):
     """Versions of the software."""
     revision: str
     """Revision of the source."""
+    arithmetic: Arithmetic | None = None
+    """Of the pair loop."""
     against: str | None = None
     """What it was compared with."""
     comparisons: tuple[Comparison, ...] = ()

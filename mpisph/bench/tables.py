@@ -5,7 +5,13 @@ from collections.abc import Sequence
 from rich.markup import escape
 from rich.table import Table
 
-from mpisph.bench.record import BenchRecord, Comparison, Measurement, Spread
+from mpisph.bench.record import (
+    Arithmetic,
+    BenchRecord,
+    Comparison,
+    Measurement,
+    Spread,
+)
 
 
 def tables(record: BenchRecord) -> list[Table]:
@@ -25,6 +31,8 @@ def tables(record: BenchRecord) -> list[Table]:
     if record.measurements:
         parts = (_steps, _timers, _needs)
         found += [make(record.measurements) for make in parts]
+        if record.arithmetic is not None:
+            found.append(_arithmetic(record.measurements, record.arithmetic))
     if record.start_up is not None:
         found.append(_start_up(record))
     if record.comparisons:
@@ -96,6 +104,29 @@ def _needs(measurements: Sequence[Measurement]) -> Table:
             "-" if m.memory is None else f"{m.memory:.0f}",
             f"{m.snapshot_ms:.1f}",
         )
+    return table
+
+
+def _arithmetic(measurements: Sequence[Measurement], known: Arithmetic) -> Table:
+    peak = known.peak / 1e9
+    table = _scene_table(
+        "Arithmetic of the pair loop, with search and packing",
+        f"{known.flops:.0f} operations and {known.bytes:.0f} bytes an interaction, "
+        f"{known.flops / known.bytes:.2f} a byte, in the sums alone and as they are "
+        f"written; a core does {peak:.1f} Gflop/s of fused multiply-adds, which count "
+        "twice.",
+        ("Gflop/s a rank", "of the peak", "GB/s a rank"),
+    )
+    for m in measurements:
+        if (spent := m.timers.get("pair loop")) is not None:
+            rate = known.flops / spent.median
+            table.add_row(
+                _name(m),
+                f"{m.ranks}",
+                f"{rate:.1f}",
+                f"{rate / peak:.0%}",
+                f"{known.bytes / spent.median:.1f}",
+            )
     return table
 
 

@@ -93,7 +93,7 @@ def test_the_tables_have_a_row_for_each_measurement(record):
     start_up = StartUp(ranks=2, cold=10.0, warm=Spread.of([1.0, 2.0]))
     full = record.model_copy(update={"start_up": start_up})
     counts = [table.row_count for table in tables(full)]
-    assert counts == [9, 9, 9, 1]
+    assert counts == [9, 9, 9, 9, 1]
     assert tables(record.model_copy(update={"measurements": ()})) == []
 
 
