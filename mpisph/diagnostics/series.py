@@ -229,18 +229,21 @@ def parts_of(
 ) -> tuple[IntArray, FloatArray]:
     """Return the same as `local_parts` of the rows of particles."""
     n = labels.shape[1]
-    rows = np.empty((_N_SERIES, n))
+    rows = np.empty((_SUM_AT.size, n))
+    extremes = np.empty((_EXTREME_AT.size, n))
     for k in range(n):
         terms = terms_of(labels, values, k, cloud)
-        for row in range(_N_SERIES):
-            rows[row, k] = terms[row]
+        for row in range(_SUM_AT.size):
+            rows[row, k] = terms[_SUM_AT[row]]
+        for row in range(_EXTREME_AT.size):
+            extremes[row, k] = terms[_EXTREME_AT[row]]
     maxima = np.zeros(_EXTREME_AT.size)
-    for j in range(_EXTREME_AT.size):
-        for term in rows[_EXTREME_AT[j]]:
-            signed = _SIGNS[j] * term
-            if signed > maxima[j] or np.isnan(signed):  # max() may pass over a NaN
-                maxima[j] = signed
-    return sum_chunks(rows[_SUM_AT], bounds), maxima
+    for row in range(_EXTREME_AT.size):
+        for term in extremes[row]:
+            signed = _SIGNS[row] * term
+            if signed > maxima[row] or np.isnan(signed):  # max() may pass over a NaN
+                maxima[row] = signed
+    return sum_chunks(rows, bounds), maxima
 
 
 def joined(

@@ -40,7 +40,7 @@ PAIR_TIME = 13.5e-9
 PARTICLE_TIME = 250e-9
 """Time of a particle besides its interactions [s]."""
 
-STEP_TIME = 0.5e-3
+STEP_TIME = 0.25e-3
 """Time of a step, whatever it holds [s]."""
 
 

@@ -108,7 +108,7 @@ def rebalance(sim: Simulation, work: FloatArray) -> None:
             sim.next_sort = sim.step + SORT_EVERY
             p = sim.particles
             keys = cell_keys(p.r, p.z, p.h, sim.lattice)
-            sim.particles = p.take(np.argsort(keys, kind="stable"))
+            p.reorder(np.argsort(keys, kind="stable"))
 
 
 def _better_cut(sim: Simulation, work: FloatArray) -> Cut:

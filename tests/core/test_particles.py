@@ -115,6 +115,18 @@ def test_packing_keeps_every_bit(n):
     assert again.n == n
 
 
+def test_reorder_is_take_in_place():
+    p = Particles.zeros(7)
+    p.id[:] = np.arange(7)
+    p.values[:] = np.random.default_rng(1).normal(size=p.values.shape)
+    order = np.array([3, 0, 6, 1, 5, 2, 4])
+    want, h = p.take(order), p.h
+    p.reorder(order)
+    np.testing.assert_array_equal(p.labels, want.labels)
+    np.testing.assert_array_equal(p.values, want.values)
+    assert h is p.h, "who holds a field sees the new order"
+
+
 def test_zeros():
     p = Particles.zeros(5)
     assert p.n == 5
