@@ -12,12 +12,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from mpisph.bench.record import Arithmetic
 from mpisph.bench.startup import launch_environment
 from mpisph.core.errors import MpisphError
 from mpisph.core.particles import FloatArray
+from mpisph.core.peak import rounds_of_32, rounds_of_64
 from mpisph.physics.artificial_stress import artificial_stress
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.sph.pair_records import RECORD_FIELDS, PairRecord
@@ -65,26 +65,6 @@ def _measure_peak(rounds_of: Callable[[FloatArray, int], None], lanes: int) -> f
         rounds_of(sums, ROUNDS)
         fastest = min(fastest, time.perf_counter() - begin)
     return 2.0 * lanes * ROUNDS / fastest
-
-
-# Eight registers of sums wait for each other nowhere, and fit in everywhere: of four
-# numbers each, or of eight.
-
-
-@njit(cache=True, fastmath={"contract"})  # type: ignore[untyped-decorator]
-def rounds_of_32(sums: FloatArray, rounds: int) -> None:
-    """Multiply and add to each of 32 sums."""
-    for _ in range(rounds):
-        for k in range(32):
-            sums[k] = sums[k] * 0.99 + 0.5
-
-
-@njit(cache=True, fastmath={"contract"})  # type: ignore[untyped-decorator]
-def rounds_of_64(sums: FloatArray, rounds: int) -> None:
-    """Multiply and add to each of 64 sums."""
-    for _ in range(rounds):
-        for k in range(64):
-            sums[k] = sums[k] * 0.99 + 0.5
 
 
 class Counting(np.float64):

@@ -229,5 +229,7 @@ def _with_ghosts(
     ghosts = exchange_halo(sim.comm, fields, these, rank_boxes, sim.halo)
     owned = fields.shape[1]
     if ghosts.size > 0:
-        fields = np.concatenate([fields, ghosts], axis=1)
+        n = owned + ghosts.shape[1]
+        joined = sim.workspace.room("fields", len(EXCHANGED), n)
+        fields = np.concatenate([fields, ghosts], axis=1, out=joined)
     return with_images(fields, owned, sim.planes, sim.scheme.kappa, sim.n_total)

@@ -42,19 +42,20 @@ def heat_limit(h, zeta, crowding):
 @njit(**EXACT)
 def force_limit(h, du_r, du_z):
     """Return the time in which the acceleration moves a particle by h (R11) [s]."""
-    return np.sqrt(h / np.sqrt(du_r * du_r + du_z * du_z))
+    acceleration = np.sqrt(du_r * du_r + du_z * du_z)
+    return np.sqrt(h / acceleration) if acceleration > 0.0 else np.inf
 
 
 @njit(**EXACT)
 def strain_limit(div):
     """Return the time in which the volume changes by a share of its size (R11) [s]."""
-    return STRAIN_SHARE / abs(div)
+    return STRAIN_SHARE / abs(div) if div != 0.0 else np.inf
 
 
 @njit(**EXACT)
 def smoothing_limit(h, dh):
     """Return the time in which h changes by its own size (R11) [s]."""
-    return h / abs(dh)
+    return h / abs(dh) if dh != 0.0 else np.inf
 
 
 @njit(**EXACT)
@@ -66,7 +67,7 @@ def limit_of(labels, values, scheme):
     crowding = values[VALUE.crowding]
     du_r, du_z = values[VALUE.du_r], values[VALUE.du_z]
     limits = np.empty(h.size)
-    for i in range(h.size):  # without a branch, so that it vectorises
+    for i in range(h.size):  # choices, not branches, so that it vectorises
         zeta = diffusivity(scheme.g1, scheme.g2, h[i], c[i], div[i])
         limit = signal_limit(h[i], c[i], rho[i], G[i], damping[i])
         limit = _smaller(heat_limit(h[i], zeta, crowding[i]), limit)

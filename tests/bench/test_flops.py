@@ -5,7 +5,7 @@ import pytest
 from bench_records import measurement, record
 
 from mpisph.bench import flops
-from mpisph.bench.flops import Counting, measure_arithmetic, rounds_of_32, rounds_of_64
+from mpisph.bench.flops import Counting, measure_arithmetic
 from mpisph.bench.record import Arithmetic, Spread
 from mpisph.bench.tables import tables
 from mpisph.core.errors import MpisphError
@@ -40,16 +40,6 @@ def test_what_cannot_be_counted_is_an_error(monkeypatch):
     monkeypatch.setattr(flops, "__name__", "mpisph.nothing_of_this_name")
     with pytest.raises(MpisphError, match="nothing_of_this_name"):
         measure_arithmetic()
-
-
-@pytest.mark.parametrize("rounds_of", [rounds_of_32, rounds_of_64])
-def test_the_peak_is_that_of_sums_that_are_really_made(rounds_of):
-    lanes = int(rounds_of.__name__.rpartition("_")[2])
-    sums = np.arange(lanes + 1.0)
-    rounds_of(sums, 2)
-    want = (np.arange(lanes) * 0.99 + 0.5) * 0.99 + 0.5
-    np.testing.assert_allclose(sums[:lanes], want, rtol=1e-15)
-    assert sums[lanes] == lanes
 
 
 def test_the_table_sets_the_pair_loop_beside_the_peak():

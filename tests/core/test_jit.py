@@ -102,6 +102,21 @@ def test_compiled_code_lands_in_the_folder(tmp_path):
     assert list(tmp_path.rglob("stress.equivalent_stress*.nbi"))
 
 
+LIGHT = """
+import sys
+from mpisph.core.particles import Particles
+from mpisph.sph.integrator import kick
+kick(Particles.zeros(2), 1.0)
+assert "numba.np.arraymath" in sys.modules
+assert "scipy.linalg" not in sys.modules
+import scipy.linalg.cython_blas
+"""
+
+
+def test_compiled_code_runs_without_scipy_and_leaves_it_importable():
+    subprocess.run([sys.executable, "-c", LIGHT], check=True, timeout=60)
+
+
 @pytest.mark.parametrize("options", [jit.INLINE, jit.EXACT])
 def test_options_keep_nan_and_infinity(options):
     assert options["cache"]
