@@ -144,15 +144,15 @@ def read_probes(
     fixed = [gauge for gauge in gauges if gauge.kind == "fixed"]
     moving = [gauge for gauge in gauges if gauge.kind == "moving"]
     n = len(peaks)
-    split = n * _BODY_SUMS
+    first = n * _BODY_SUMS  # of the gauges' sums
     bounds = np.array([*_body_bounds(scales)] * n)
     at_gauges = np.full(1 + len(_SAMPLED), _LARGEST)
-    sums = np.zeros((split + len(fixed) * at_gauges.size, CHUNKS), np.int64)
+    sums = np.zeros((first + len(fixed) * at_gauges.size, CHUNKS), np.int64)
     mine = np.zeros((len(moving), len(_FIELDS)))
     for p in groups:
-        sums[:split] += _body_sums(p.labels, p.values, bounds)
+        sums[:first] += _body_sums(p.labels, p.values, bounds)
         for j, gauge in enumerate(fixed):
-            begin = split + j * at_gauges.size
+            begin = first + j * at_gauges.size
             sums[begin : begin + at_gauges.size] += fixed_point_chunks(
                 _weighted(p, gauge, kappa, planes), at_gauges
             )
@@ -163,11 +163,11 @@ def read_probes(
     one = np.concatenate([peaks, mine.ravel()])
     all_ranks = np.empty((comm.size, one.size))
     comm.Allgather(one, all_ranks)
-    totals = from_chunks(sums[:split], bounds).reshape(n, _BODY_SUMS)
+    totals = from_chunks(sums[:first], bounds).reshape(n, _BODY_SUMS)
     highest = all_ranks[:, :n].max(axis=0)
     # One rank owns the particle, the others add zeros.
     of_moving = all_ranks[:, n:].sum(axis=0).reshape(mine.shape)
-    of_fixed = sums[split:].reshape(len(fixed), at_gauges.size, CHUNKS)
+    of_fixed = sums[first:].reshape(len(fixed), at_gauges.size, CHUNKS)
     read = {g.name: row for g, row in zip(moving, of_moving, strict=True)}
     for gauge, chunks in zip(fixed, of_fixed, strict=True):
         weight, *values = from_chunks(chunks, at_gauges)

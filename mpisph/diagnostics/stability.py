@@ -6,8 +6,7 @@ from typing import NamedTuple
 from numba import njit
 
 from mpisph.core.jit import EXACT
-from mpisph.core.particles import LABEL, VALUE, Particles
-from mpisph.physics.response import MaterialTable
+from mpisph.core.particles import LABEL, VALUE
 
 STABLE = 0
 NON_FINITE = 1
@@ -79,8 +78,24 @@ def _beyond(eta, E, crowding, h, bounds):
 
 
 @njit(**EXACT)
-def fault_of(labels, values, table, bounds):
-    """Return the same as `first_fault` of the rows of particles."""
+def first_fault(labels, values, table, bounds):
+    """Return the fault among the owned particles, and the particle's id.
+
+    Parameters
+    ----------
+    labels, values : ndarray
+        Of `Particles`.
+    table : structured ndarray
+        Material constants.
+    bounds : Bounds
+
+    Returns
+    -------
+    fault : int
+        `STABLE`, or a key of `REASONS`.
+    who : int
+        Smallest id of a faulty particle, -1 for none.
+    """
     ids, material = labels[LABEL.id], labels[LABEL.material]
     rho, E, h = values[VALUE.rho], values[VALUE.E], values[VALUE.h]
     crowding = values[VALUE.crowding]
@@ -96,24 +111,3 @@ def fault_of(labels, values, table, bounds):
         if kind != STABLE and (fault == STABLE or ids[i] < who):
             fault, who = kind, ids[i]
     return fault, who
-
-
-def first_fault(p: Particles, table: MaterialTable, bounds: Bounds) -> tuple[int, int]:
-    """Return the fault among the owned particles, and the particle's id.
-
-    Parameters
-    ----------
-    p : Particles
-    table : structured ndarray
-        Material constants.
-    bounds : Bounds
-
-    Returns
-    -------
-    fault : int
-        `STABLE`, or a key of `REASONS`.
-    who : int
-        Smallest id of a faulty particle, -1 for none.
-    """
-    fault, who = fault_of(p.labels, p.values, table, bounds)
-    return int(fault), int(who)

@@ -17,7 +17,7 @@ from mpi4py import MPI
 from numba import njit
 
 from mpisph.core.jit import EXACT
-from mpisph.core.particles import VALUE, FloatArray, IntArray, Particles
+from mpisph.core.particles import VALUE, FloatArray, IntArray
 from mpisph.core.workspace import Workspace
 
 BOX_SLACK = 1e-9
@@ -86,8 +86,9 @@ def reach(h: FloatArray, kappa: float) -> FloatArray:
     return (0.5 * kappa * (1.0 + BOX_SLACK)) * h
 
 
+@njit(**EXACT)  # type: ignore[untyped-decorator]
 def bounding_box(
-    p: Particles, kappa: float, dt: float, kick: float = 0.5
+    values: FloatArray, kappa: float, dt: float, kick: float = 0.5
 ) -> FloatArray:
     """Return the box that holds those of the owned particles after a step.
 
@@ -96,7 +97,8 @@ def bounding_box(
 
     Parameters
     ----------
-    p : Particles
+    values : ndarray
+        Of `Particles`.
     kappa : float
         Cut of the kernel.
     dt : float
@@ -109,13 +111,6 @@ def bounding_box(
     ndarray, shape (4,)
         As `boxes`; infinite and reversed where the rank owns nothing.
     """
-    box: FloatArray = box_of(p.values, kappa, dt, kick)
-    return box
-
-
-@njit(**EXACT)  # type: ignore[untyped-decorator]
-def box_of(values: FloatArray, kappa: float, dt: float, part: float) -> FloatArray:
-    """Return the same as `bounding_box` of the rows of particles."""
     r, z, h, dh = values[VALUE.r], values[VALUE.z], values[VALUE.h], values[VALUE.dh]
     u_r, u_z = values[VALUE.u_r], values[VALUE.u_z]
     du_r, du_z = values[VALUE.du_r], values[VALUE.du_z]
@@ -123,8 +118,8 @@ def box_of(values: FloatArray, kappa: float, dt: float, part: float) -> FloatArr
     box = NOTHING.copy()
     for i in range(r.size):
         half = reach_h * (h[i] + dt * abs(dh[i]))
-        along_r = half + dt * (abs(u_r[i]) + part * dt * abs(du_r[i]))
-        along_z = half + dt * (abs(u_z[i]) + part * dt * abs(du_z[i]))
+        along_r = half + dt * (abs(u_r[i]) + kick * dt * abs(du_r[i]))
+        along_z = half + dt * (abs(u_z[i]) + kick * dt * abs(du_z[i]))
         box[0] = min(box[0], z[i] - along_z)
         box[1] = max(box[1], z[i] + along_z)
         box[2] = min(box[2], r[i] - along_r)

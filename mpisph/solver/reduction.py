@@ -16,12 +16,12 @@ from mpisph.core.jit import EXACT
 from mpisph.core.particles import LABEL, VALUE, FloatArray, IntArray, Particles
 from mpisph.diagnostics.cloud import CloudDefinition
 from mpisph.diagnostics.series import PARTS_TYPE, Parts, joined, parts_of
-from mpisph.diagnostics.stability import STABLE, Bounds, fault_of
-from mpisph.parallel.halo import box_of
+from mpisph.diagnostics.stability import STABLE, Bounds, first_fault
+from mpisph.parallel.halo import bounding_box
 from mpisph.parallel.load_balance import relative_pair_costs, work_of
 from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
-from mpisph.sph.timestep import StepRule, allowed_step, limit_of
+from mpisph.sph.timestep import StepRule, allowed_step, local_limit
 
 Records = npt.NDArray[np.void]
 
@@ -130,12 +130,14 @@ def _take_down(
 ) -> None:  # fmt: skip
     """Write this rank's record: one call, for in a small run calls are what counts."""
     mine = records[0]
-    limit, where = limit_of(labels, values, scheme)
+    limit, where = local_limit(labels, values, scheme)
     mine.limit, mine.limited_by = limit, labels[LABEL.id, where] if where >= 0 else -1
-    mine.box[:] = box_of(values, scheme.kappa, allowed_step(rule, limit), rule.kick)
+    mine.box[:] = bounding_box(
+        values, scheme.kappa, allowed_step(rule, limit), rule.kick
+    )
     mine.work = work_of(values[VALUE.neighbours]).sum()
     mine.pair_cost, mine.stop_request = pair_cost, stop_request
-    mine.fault, mine.fault_id = fault_of(labels, values, table, bounds)
+    mine.fault, mine.fault_id = first_fault(labels, values, table, bounds)
     sums, maxima = parts_of(labels, values, cloud, sum_bounds)
     mine.sums[:], mine.maxima[:] = sums, maxima
 

@@ -11,9 +11,8 @@ from numba import njit
 from numba.extending import register_jitable
 
 from mpisph.core.jit import EXACT
-from mpisph.core.particles import LABEL, VALUE, Particles
+from mpisph.core.particles import LABEL, VALUE
 from mpisph.physics.heat import diffusivity
-from mpisph.physics.scheme import SchemeConstants
 
 VISCOUS_SHARE = 0.6
 """Share of the viscous signal speed in the Courant limit (Monaghan 1989, J. Comp.
@@ -59,8 +58,23 @@ def smoothing_limit(h, dh):
 
 
 @njit(**EXACT)
-def limit_of(labels, values, scheme):
-    """Return the same as `local_limit` of the rows of particles."""
+def local_limit(labels, values, scheme):
+    """Return the smallest limit among the owned particles, without Courant factor.
+
+    Parameters
+    ----------
+    labels, values : ndarray
+        Of `Particles`.
+    scheme : SchemeConstants
+
+    Returns
+    -------
+    limit : float
+        Infinite where the rank owns no particle [s].
+    where : int
+        Index of the particle that sets it, of several the one of smallest id; -1 for
+        none.
+    """
     ids, h, dh = labels[LABEL.id], values[VALUE.h], values[VALUE.dh]
     c, rho, G = values[VALUE.c], values[VALUE.rho], values[VALUE.G]
     div, damping = values[VALUE.div], values[VALUE.damping]
@@ -87,26 +101,6 @@ def limit_of(labels, values, scheme):
 @njit(**EXACT)
 def _smaller(a, b):
     return a if a < b else b
-
-
-def local_limit(p: Particles, scheme: SchemeConstants) -> tuple[float, int]:
-    """Return the smallest limit among the owned particles, without Courant factor.
-
-    Parameters
-    ----------
-    p : Particles
-    scheme : SchemeConstants
-
-    Returns
-    -------
-    limit : float
-        Infinite where the rank owns no particle [s].
-    where : int
-        Index of the particle that sets it, of several the one of smallest id; -1 for
-        none.
-    """
-    limit, where = limit_of(p.labels, p.values, scheme)
-    return float(limit), int(where)
 
 
 class StepRule(NamedTuple):

@@ -122,7 +122,7 @@ def test_ghosts_hold_all_neighbours_and_no_more_than_the_claims(way, seed):
     p = cloud(600, seed, h=2e-4, h_spread=10.0)
     owner = way(comm, p.r, p.z)
     mine = p.take(owner == comm.rank)
-    rank_boxes = np.array(comm.allgather(bounding_box(mine, KAPPA, 0.0)))
+    rank_boxes = np.array(comm.allgather(bounding_box(mine.values, KAPPA, 0.0)))
     ghosts = exchanged(comm, mine, mine.h, rank_boxes)
     everyone = {name: getattr(p, name) for name in ("id", "r", "z", "h")}
     everyone["mark"] = np.sin(p.id + 1.0)
@@ -142,7 +142,7 @@ def test_ghosts_hold_all_neighbours_after_a_step(way):
     owner = way(comm, p.r, p.z)
     mine = p.take(owner == comm.rank)
     dt = 1e-7
-    rank_boxes = np.array(comm.allgather(bounding_box(mine, KAPPA, dt)))
+    rank_boxes = np.array(comm.allgather(bounding_box(mine.values, KAPPA, dt)))
 
     def step(particles):
         kick(particles, 0.5 * dt)
@@ -186,7 +186,7 @@ def test_two_particles_that_come_within_reach_during_a_step(what, axis):
     for name, rate in rates.items():
         field = name if name == "dh" else f"{name}_{axis}"
         getattr(p, field)[:] = rate if name == "dh" else -side * rate
-    rank_boxes = np.array(comm.allgather(bounding_box(p, KAPPA, dt)))
+    rank_boxes = np.array(comm.allgather(bounding_box(p.values, KAPPA, dt)))
     kick(p, 0.5 * dt)
     drift(p, dt)
     h = predicted_fields(p, 0.5 * dt)[INTEGRATED.index("h")]
@@ -209,7 +209,7 @@ def test_a_particle_put_back_at_the_axis_meets_one_further_out():
     p.id[:], p.h[:] = comm.rank, h
     p.r[:] = 1e-6 if first else moved + 0.999 * KAPPA * h
     p.u_r[:] = -(moved + 1e-6) / dt if first else 0.0
-    rank_boxes = np.array(comm.allgather(bounding_box(p, KAPPA, dt)))
+    rank_boxes = np.array(comm.allgather(bounding_box(p.values, KAPPA, dt)))
     drift(p, dt)
     reflected = comm.allgather(bool((p.u_r > 0.0).any()))[0]
     ghosts = exchanged(comm, p, p.h, rank_boxes)
@@ -224,7 +224,7 @@ def test_ranks_out_of_reach_send_nothing(axis):
     comm = MPI.COMM_WORLD
     p = cloud(50, 7)
     getattr(p, axis)[:] += comm.rank * 1.0
-    rank_boxes = np.array(comm.allgather(bounding_box(p, KAPPA, 0.0)))
+    rank_boxes = np.array(comm.allgather(bounding_box(p.values, KAPPA, 0.0)))
     ghosts = exchanged(comm, p, p.h, rank_boxes)
     agree(comm, [] if ghosts.shape == (2, 0) else [ghosts.shape])
 
@@ -237,7 +237,7 @@ def test_repeated_exchanges_do_not_mix():
     halo = Halo()
     for k in range(20):
         p = cloud(20 + 13 * k, 100 * comm.rank + k)
-        rank_boxes = np.array(comm.allgather(bounding_box(p, KAPPA, 0.0)))
+        rank_boxes = np.array(comm.allgather(bounding_box(p.values, KAPPA, 0.0)))
         fields = np.array([np.full(p.n, 1000.0 * k + comm.rank), p.z])
         ghosts = exchange_halo(comm, fields, boxes_of(p, p.h), rank_boxes, halo)
         label = ghosts[0] - 1000.0 * k
@@ -254,7 +254,7 @@ def test_ghosts_keep_every_bit():
     fields[0] = (-1 - p.id).view(np.float64)
     fields[1] = -0.0
     fields[2] = np.full(30, 0x7FF0000000000001).view(np.float64)
-    rank_boxes = np.array(comm.allgather(bounding_box(p, KAPPA, 0.0)))
+    rank_boxes = np.array(comm.allgather(bounding_box(p.values, KAPPA, 0.0)))
     ghosts = exchange_halo(comm, fields, boxes_of(p, p.h), rank_boxes, Halo())
     want = np.tile(bits(fields), comm.size - 1)
     agree(comm, [] if np.array_equal(bits(ghosts), want) else ["bits differ"])
@@ -262,7 +262,7 @@ def test_ghosts_keep_every_bit():
 
 def test_one_rank_has_no_ghosts():
     p = cloud(20, 9)
-    rank_boxes = np.array([bounding_box(p, KAPPA, 0.0)])
+    rank_boxes = np.array([bounding_box(p.values, KAPPA, 0.0)])
     ghosts = exchanged(MPI.COMM_SELF, p, p.h, rank_boxes)
     assert ghosts.shape == (2, 0)
 
@@ -273,7 +273,7 @@ def test_traffic_counts_what_is_sent(way):
     comm = MPI.COMM_WORLD
     p = cloud(300, 3, h=2e-4)
     mine = p.take(way(comm, p.r, p.z) == comm.rank)
-    rank_boxes = np.array(comm.allgather(bounding_box(mine, KAPPA, 0.0)))
+    rank_boxes = np.array(comm.allgather(bounding_box(mine.values, KAPPA, 0.0)))
     fields = np.array([mine.r, mine.z, mine.h])
     halo = Halo()
     received = [
@@ -329,7 +329,7 @@ def test_claim_is_the_hull_of_the_boxes():
     p.h[:] = 2.0, 0.2, 0.2
     # z: 0 +- 3, 1 +- 0.3, -0.5 +- 0.3; r: 1 +- 3, 4 +- 0.3, 0.5 +- 0.3; all widened
     # by a relative 1e-9 of the reach.
-    found = bounding_box(p, KAPPA, 0.0)
+    found = bounding_box(p.values, KAPPA, 0.0)
     assert found == approx(np.array([-3.0, 3.0, -2.0, 4.3]), rel=1e-8)
     assert (np.array([-1, 1, -1, 1]) * (found - [-3.0, 3.0, -2.0, 4.3]) >= 0.0).all()
 
@@ -341,12 +341,15 @@ def test_claim_covers_a_step():
     # Reach 1.5 (1 + 0.05), drift 0.1 (2 + 0.15) and 0.1 (4 + 0.05).
     along_z, along_r = 1.575 + 0.215, 1.575 + 0.405
     want = np.array([-along_z, along_z, 10.0 - along_r, 10.0 + along_r])
-    assert bounding_box(p, KAPPA, 0.1) == approx(want, rel=1e-8)
+    assert bounding_box(p.values, KAPPA, 0.1) == approx(want, rel=1e-8)
     # With the whole kick before the drift, 0.1 (2 + 0.3) and 0.1 (4 + 0.1).
     along_z, along_r = 1.575 + 0.23, 1.575 + 0.41
     want = np.array([-along_z, along_z, 10.0 - along_r, 10.0 + along_r])
-    assert bounding_box(p, KAPPA, 0.1, 1.0) == approx(want, rel=1e-8)
+    assert bounding_box(p.values, KAPPA, 0.1, 1.0) == approx(want, rel=1e-8)
 
 
 def test_claim_of_nothing_meets_nothing():
-    assert bounding_box(Particles.zeros(0), KAPPA, np.inf).tolist() == NOTHING.tolist()
+    assert (
+        bounding_box(Particles.zeros(0).values, KAPPA, np.inf).tolist()
+        == NOTHING.tolist()
+    )

@@ -189,7 +189,7 @@ def test_boxes_and_work_are_those_of_each_rank(name):
         theirs = p.take(owner == rank)
         work = (theirs.neighbours + PARTICLE_WORK).sum()
         want = bounding_box(
-            theirs, SCHEME.kappa, step(limits(theirs).min(initial=math.inf))
+            theirs.values, SCHEME.kappa, step(limits(theirs).min(initial=math.inf))
         )
         close = np.allclose(found.rank_boxes[rank], want, rtol=1e-14, atol=0.0)
         if found.work[rank] != work or not close:

@@ -98,7 +98,7 @@ def with_parts(owner, comm, rank):
         rest = whole.take(owner != rank)
         ghosts, _ = sent_fields(rest)
     else:
-        rank_boxes = np.array(comm.allgather(bounding_box(mine, 3.0, 0.0)))
+        rank_boxes = np.array(comm.allgather(bounding_box(mine.values, 3.0, 0.0)))
         fields, _ = sent_fields(mine)
         half = reach(mine.h, 3.0)
         these = boxes(mine.r, mine.z, half, half)

@@ -84,7 +84,7 @@ def test_local_limit_r11_is_the_smallest_of_all(seed):
             p.h / np.abs(p.dh),
         ]
     )
-    limit, where = local_limit(p, SCHEME)
+    limit, where = local_limit(p.labels, p.values, SCHEME)
     assert limit == approx(limits.min(), rel=4e-16)
     assert where == np.argmin(limits.min(axis=0))
 
@@ -104,15 +104,16 @@ def test_local_limit_r11_is_the_smallest_of_all(seed):
 )
 def test_local_limit_r11_heeds_every_limit(field, value):
     p = varied(50, 1)
-    before = local_limit(p, SCHEME)
+    before = local_limit(p.labels, p.values, SCHEME)
     getattr(p, field)[17] = value
-    limit, where = local_limit(p, SCHEME)
+    limit, where = local_limit(p.labels, p.values, SCHEME)
     assert where == 17
     assert limit < 1e-2 * before[0]
 
 
 def test_local_limit_r11_without_particles():
-    assert local_limit(Particles.zeros(0), SCHEME) == (math.inf, -1)
+    p = Particles.zeros(0)
+    assert local_limit(p.labels, p.values, SCHEME) == (math.inf, -1)
 
 
 def test_the_step_r11_that_a_limit_allows():
