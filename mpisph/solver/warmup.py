@@ -14,6 +14,7 @@ from mpi4py import MPI
 from mpisph.case import case_from_dict
 from mpisph.case.sections import PAIR_FORMS
 from mpisph.core.jit import is_compiled, mark_compiled, prune_cache
+from mpisph.diagnostics.probes import note_peaks, read_probes
 from mpisph.solver.start import start
 from mpisph.solver.step import advance, rebalance, reduce_state
 
@@ -65,10 +66,16 @@ def warm_up(comm: MPI.Intracomm, forms: Collection[str] = PAIR_FORMS) -> None:
 
 
 def run_tiny_case(form: str) -> None:
-    """Make two steps of a tiny case with a pair form on this rank alone."""
+    """Make two steps of a tiny case on this rank alone, and read its probes."""
     case = case_from_dict({**TINY, "scheme": {"pair_form": form}})
     sim = start(case, MPI.COMM_SELF)
     for _ in range(2):
         found = reduce_state(sim)
         advance(sim, 1e-10, found.rank_boxes)
         rebalance(sim, found.work)
+    peaks = np.zeros(len(case.bodies))
+    note_peaks(sim.particles, peaks)
+    read_probes(
+        sim.comm, [sim.particles], peaks, (), {}, sim.scales, sim.scheme.kappa,
+        sim.planes,
+    )  # fmt: skip

@@ -100,7 +100,7 @@ def test_no_bins_are_refused():
 
 def test_matter_of_bodies_behind_the_plate_is_left_out():
     a = particles()
-    walls = faster_than(600.0)._replace(behind=((1, 0.0),))
+    walls = faster_than(600.0)._replace(behind=np.array([np.nan, 0.0, np.nan]))
     spray, of_all = (measure_spray(a, d) for d in (walls, faster_than(600.0)))
     assert not spray.mass[1].any()
     np.testing.assert_array_equal(spray.mass[[0, 2]], of_all.mass[[0, 2]])
