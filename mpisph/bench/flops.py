@@ -68,7 +68,7 @@ def _measure_peak(rounds_of: Callable[[FloatArray, int], None], lanes: int) -> f
 
 
 class Counting(np.float64):
-    """A number that counts additions, multiplications and divisions, roots too."""
+    """A number that counts additions, multiplications and divisions."""
 
     done = 0
 

@@ -124,8 +124,8 @@ class Arithmetic(_Model):
     """What an interaction takes, and what one core can do."""
 
     flops: float
-    """Additions, multiplications, divisions and roots of an interaction far from the
-    axis, of the sums alone, as they are written."""
+    """Additions, multiplications and divisions of an interaction far from the axis, of
+    the sums alone, as they are written."""
     bytes: float
     """What is moved of a neighbour between core and first-level cache [bytes]."""
     peak: float

@@ -188,3 +188,26 @@ def test_a_nan_on_one_rank_is_seen_by_all():
         rows[0, 1] = np.nan
     assert np.isnan(reproducible_sum(comm, rows, np.ones(1))[0])
     assert magnitude_bounds(comm, rows)[0] == np.inf
+
+
+def whole_numbers(rng, bits):
+    """Whole numbers of either sign and of up to so many bits, with many ties."""
+    size = int(rng.integers(0, bits + 1))
+    number = int.from_bytes(rng.bytes(16)) % 2**size if size else 0
+    keep = int(rng.integers(0, bits))
+    return int(rng.choice([-1, 1])) * ((number >> keep) << keep)
+
+
+def test_chunks_are_rounded_as_python_rounds_whole_numbers():
+    """`float()` of a Python integer is correctly rounded, ties to even."""
+    rng = np.random.default_rng(7)
+    chunks = [[whole_numbers(rng, b) for b in (62, 62, 62)] for _ in range(3000)]
+    chunks += [[0, 0, 2**53 + 1], [0, 1 << 33, 1], [-1, 0, 1], [0, -1, 0], [0, 0, 0]]
+    total = np.array([[*each, 0] for each in chunks])
+    found = from_chunks(total, np.ones(len(chunks)))
+    exponent = 1 - 102  # of the bound 1, and of three chunks of 34 bits
+    want = [
+        math.ldexp(float((high << 68) + (middle << 34) + low), exponent)
+        for high, middle, low in chunks
+    ]
+    assert found.tolist() == want
