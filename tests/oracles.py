@@ -30,6 +30,7 @@ from mpisph.sph.rates import update_rates
 from mpisph.sph.sources import (
     AHEAD,
     EXCHANGED,
+    LAST,
     ROW,
     look_ahead,
     respond_ahead,
@@ -365,7 +366,7 @@ def sent_fields(p, scheme=SCHEME, table=None):
     """Return the exchanged fields and the shear modulus of particles as they are."""
     table = table_of(ALUMINIUM) if table is None else table
     ahead = np.empty((len(AHEAD), p.n))
-    look_ahead(p, 0.0, 0.0, ahead)
+    look_ahead(p, 0.0, 0.0, ahead, np.empty((len(LAST), p.n)))
     integrated = slice(ROW.u_r, ROW.h + 1)
     before = ahead[integrated].copy()
     respond_ahead(ahead, table, scheme.sound_speed_floor, 0.0)

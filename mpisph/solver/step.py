@@ -34,8 +34,10 @@ from mpisph.sph.retirement import has_left
 from mpisph.sph.sources import (
     AHEAD,
     EXCHANGED,
+    LAST,
     ROW,
     look_ahead,
+    note_changes,
     respond_ahead,
     sort_fields,
 )
@@ -196,11 +198,10 @@ def evaluate_rates(
         Time since the last evaluation, zero for the first [s].
     """
     p, scheme, room = sim.particles, sim.scheme, sim.workspace.room
-    last_div, last_correction = p.div.copy(), p.correction.copy()
     with sim.timers.measure("stepping"):
         ahead = room("ahead", len(AHEAD), p.n)
-        look_ahead(p, after, dt, ahead)
-        p.w_r[:], p.w_z[:] = ahead[ROW.u_r], ahead[ROW.u_z]
+        last = room("last", len(LAST), p.n)
+        look_ahead(p, after, dt, ahead, last)
     with sim.timers.measure("materials"):
         respond_ahead(ahead, sim.table, scheme.sound_speed_floor, dt)
     with sim.timers.measure("halo"):
@@ -216,8 +217,7 @@ def evaluate_rates(
     sim.pair_cost.note(watch.spent, pairs)
     sim.interactions += pairs
     if dt > 0.0:
-        p.ddiv[:] = (p.div - last_div) / dt
-        p.correction_rates[:] = (p.correction - last_correction) / dt
+        note_changes(p.values, last, dt)
 
 
 def _with_ghosts(

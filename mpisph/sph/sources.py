@@ -41,14 +41,22 @@ Sources: Any = _namedtuple("Sources", EXCHANGED)
 ROW: Any = _namedtuple("ROW", AHEAD)(*range(len(AHEAD)))
 """Row of each field, by its name."""
 
+LAST = ("div", *CORRECTION)
+"""Rows of what an evaluation gives besides rates, as the one before left it."""
+
 _INTEGRATED = slice(ROW.u_r, ROW.h + 1)
 _SAME = ("m", "r", "z", *HISTORY, "melt")
 _SAME_TO = np.array([AHEAD.index(name) for name in _SAME])
 _SAME_FROM = np.array([getattr(VALUE, name) for name in _SAME])
+_LAST = np.array([getattr(VALUE, name) for name in LAST])
+_LAST_RATES = np.array([getattr(VALUE, f"d{name}") for name in LAST])
+_LAST_AHEAD = np.array([AHEAD.index(name) for name in LAST])
 _STATE = MaterialState(*(AHEAD.index(name) for name in MaterialState._fields))
 
 
-def look_ahead(p: Particles, after: float, dt: float, ahead: FloatArray) -> None:
+def look_ahead(
+    p: Particles, after: float, dt: float, ahead: FloatArray, last: FloatArray
+) -> None:
     """Write the state that the rates are evaluated for (R11).
 
     Artificial heat (R6) and the weights (R3) need the divergence, and solids the
@@ -58,31 +66,53 @@ def look_ahead(p: Particles, after: float, dt: float, ahead: FloatArray) -> None
     Parameters
     ----------
     p : Particles
-        The owned particles, at their new positions.
+        The owned particles, at their new positions; ``w_r, w_z`` are set to the
+        velocities of that state.
     after : float
         How far ahead of the other fields that state is [s].
     dt : float
         Time since the last evaluation [s].
     ahead : ndarray, shape (len(AHEAD), n)
         Written; the response is for `respond_ahead`.
+    last : ndarray, shape (len(LAST), n)
+        Written, for `note_changes`.
     """
     predict(p, after, ahead[_INTEGRATED])
-    _carry(p.labels, p.values, dt, ahead)
+    _carry(p.labels, p.values, dt, ahead, last)
 
 
 @njit(**EXACT)
-def _carry(labels: Any, values: Any, dt: float, ahead: Any) -> None:
+def _carry(labels: Any, values: Any, dt: float, ahead: Any, last: Any) -> None:
     """Write what is not integrated: copies, and what the last two steps foretell."""
+    values[VALUE.w_r], values[VALUE.w_z] = ahead[ROW.u_r], ahead[ROW.u_z]
     ahead[ROW.id].view(np.int64)[:] = labels[LABEL.id]
     ahead[ROW.material].view(np.int64)[:] = labels[LABEL.material]
     for k in range(_SAME_TO.size):
         ahead[_SAME_TO[k]] = values[_SAME_FROM[k]]
-    for i in range(values.shape[1]):
-        ahead[ROW.div, i] = values[VALUE.div, i] + dt * values[VALUE.ddiv, i]
-    for k in range(len(CORRECTION)):
-        B, dB = values[VALUE.B_rr + k], values[VALUE.dB_rr + k]
-        for i in range(B.size):
-            ahead[ROW.B_rr + k, i] = B[i] + dt * dB[i]
+    for k in range(_LAST.size):
+        now, rate = values[_LAST[k]], values[_LAST_RATES[k]]
+        last[k] = now
+        for i in range(now.size):
+            ahead[_LAST_AHEAD[k], i] = now[i] + dt * rate[i]
+
+
+@njit(**EXACT)
+def note_changes(values: Any, last: Any, dt: float) -> None:
+    """Set the rates of `LAST` to what an evaluation, `dt` [s] later, has changed (R11).
+
+    Parameters
+    ----------
+    values : ndarray
+        Of `Particles`.
+    last : ndarray, shape (len(LAST), n)
+        From `look_ahead`.
+    dt : float
+        Not zero.
+    """
+    for k in range(_LAST.size):
+        now, rate = values[_LAST[k]], values[_LAST_RATES[k]]
+        for i in range(now.size):
+            rate[i] = (now[i] - last[k, i]) / dt
 
 
 @njit(**EXACT)

@@ -14,16 +14,25 @@ from oracles import (
     table_of,
 )
 
-from mpisph.core.particles import CORRECTION, FIELDS, HISTORY, INTEGRATED, RESPONSE
+from mpisph.core.particles import (
+    CORRECTION,
+    FIELDS,
+    HISTORY,
+    INTEGRATED,
+    RESPONSE,
+    VALUE,
+)
 from mpisph.parallel.decomposition import Cut, owners
 from mpisph.parallel.halo import Halo, bounding_box, boxes, exchange_halo, reach
 from mpisph.physics.response import respond_now
 from mpisph.sph.sources import (
     AHEAD,
     EXCHANGED,
+    LAST,
     Sources,
     look_ahead,
     name_fields,
+    note_changes,
     respond_ahead,
 )
 
@@ -37,10 +46,12 @@ def test_the_state_ahead_has_every_field_at_its_time_r11():
         rates[:] = rng.standard_normal(rates.shape)
     for name in (*HISTORY, "melt"):
         getattr(p, name)[:] = rng.uniform(size=9)
-    before = bits(p.values)
+    before, last = p.values.copy(), np.empty((len(LAST), 9))
     ahead = np.full((len(AHEAD), 9), np.nan)
-    look_ahead(p, 0.25, 0.5, ahead)
-    np.testing.assert_array_equal(bits(p.values), before)
+    look_ahead(p, 0.25, 0.5, ahead, last)
+    before[[VALUE.w_r, VALUE.w_z]] = p.integrated[:2] + 0.25 * p.rates[:2]
+    np.testing.assert_array_equal(bits(p.values), bits(before))
+    np.testing.assert_array_equal(last, [getattr(p, name) for name in LAST])
     want = {name: getattr(p, name) for name in AHEAD}
     want |= zip(INTEGRATED, p.integrated + 0.25 * p.rates, strict=True)
     want |= zip(CORRECTION, p.correction + 0.5 * p.correction_rates, strict=True)
@@ -56,7 +67,7 @@ def test_the_response_ahead_is_that_of_the_same_particles_r11():
     p = cloud(40, 5, n_materials=2)
     table = table_of(ALUMINIUM, COPPER)
     ahead = np.empty((len(AHEAD), p.n))
-    look_ahead(p, 0.0, 0.0, ahead)
+    look_ahead(p, 0.0, 0.0, ahead, np.empty((len(LAST), p.n)))
     before = bits(p.values)
     respond_ahead(ahead, table, 0.01, 1e-9)
     np.testing.assert_array_equal(bits(p.values), before)
@@ -64,6 +75,18 @@ def test_the_response_ahead_is_that_of_the_same_particles_r11():
     for name in (*RESPONSE, *HISTORY, *INTEGRATED):
         np.testing.assert_array_equal(ahead[AHEAD.index(name)], getattr(p, name), name)
     assert p.plastic_strain.any()
+
+
+def test_changes_are_noted_as_rates_r11():
+    p = cloud(9, 1)
+    rng = np.random.default_rng(4)
+    last = rng.standard_normal((len(LAST), p.n))
+    others = p.values.copy()
+    note_changes(p.values, last, 0.5)
+    np.testing.assert_array_equal(p.ddiv, (p.div - last[0]) / 0.5)
+    np.testing.assert_array_equal(p.correction_rates, (p.correction - last[1:]) / 0.5)
+    changed = (bits(p.values) != bits(others)).any(axis=1)
+    assert changed.sum() == len(LAST)
 
 
 def test_sources_name_what_is_exchanged():
@@ -75,7 +98,7 @@ def test_name_fields():
     p = cloud(40, 3, n_materials=2)
     p.id[:] += 2**53 + 1  # beyond what a float could count
     fields = np.empty((len(AHEAD), p.n))
-    look_ahead(p, 0.0, 0.0, fields)
+    look_ahead(p, 0.0, 0.0, fields, np.empty((len(LAST), p.n)))
     s = name_fields(fields[: len(EXCHANGED)])
     for name in set(EXCHANGED) - {"P", "c"}:
         want = getattr(p, name)
