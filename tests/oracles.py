@@ -19,7 +19,12 @@ from mpisph.core.particles import Particles
 from mpisph.materials.model import TABLES
 from mpisph.physics.artificial_stress import artificial_stress
 from mpisph.physics.kernel import XI_FAR
-from mpisph.physics.response import KINDS, MaterialModels, material_table
+from mpisph.physics.response import (
+    KINDS,
+    MaterialModels,
+    material_table,
+    respond_rows,
+)
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.physics.smoothing import AXISYMMETRIC, CLASSIC, PRINTED
 from mpisph.physics.viscosity import FAR_NODES, near_nodes
@@ -31,9 +36,9 @@ from mpisph.sph.sources import (
     AHEAD,
     EXCHANGED,
     LAST,
+    OF_AHEAD,
     ROW,
     look_ahead,
-    respond_ahead,
     sort_fields,
 )
 
@@ -369,7 +374,8 @@ def sent_fields(p, scheme=SCHEME, table=None):
     look_ahead(p, 0.0, 0.0, ahead, np.empty((len(LAST), p.n)))
     integrated = slice(ROW.u_r, ROW.h + 1)
     before = ahead[integrated].copy()
-    respond_ahead(ahead, table, scheme.sound_speed_floor, 0.0)
+    floor = scheme.sound_speed_floor
+    respond_rows(p.id, p.material, ahead, OF_AHEAD, table, floor, 0.0)
     ahead[integrated] = before  # the stress as it is, outside of the yield surface too
     return ahead[: len(EXCHANGED)].copy(), ahead[ROW.G]
 

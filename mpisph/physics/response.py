@@ -12,7 +12,7 @@ import numpy.typing as npt
 from numba import njit
 
 from mpisph.core.jit import ENTRY, EXACT
-from mpisph.core.particles import LABEL, VALUE, MaterialState
+from mpisph.core.particles import VALUE, MaterialState
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics import ductile, eos, failure, porosity, strength, thermal
 from mpisph.physics.cracks import BAND, borne, crack_growth, ring_size
@@ -229,7 +229,8 @@ def state_of(ids, material, rows, at):
     )
 
 
-_VALUES = MaterialState(*(getattr(VALUE, name, -1) for name in MaterialState._fields))
+OF_VALUES = MaterialState(*(getattr(VALUE, name, -1) for name in MaterialState._fields))
+"""Rows of the fields in `Particles.values`; labels have none."""
 
 
 @njit(**EXACT)
@@ -300,7 +301,10 @@ def respond(x, table, sound_speed_floor, dt):
 
 
 @njit(**EXACT)
-def respond_now(labels, values, table, sound_speed_floor, dt):
-    """Set the response of the rows of `Particles` to their state; see `respond`."""
-    ids, material = labels[LABEL.id], labels[LABEL.material]
-    respond(state_of(ids, material, values, _VALUES), table, sound_speed_floor, dt)
+def respond_rows(ids, material, rows, at, table, sound_speed_floor, dt):
+    """Set the response to the state in rows of fields; see `respond` and `state_of`.
+
+    Both evaluations of a step call this: compiled for each by itself, all models would
+    take their time twice.
+    """
+    respond(state_of(ids, material, rows, at), table, sound_speed_floor, dt)

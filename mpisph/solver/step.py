@@ -22,7 +22,7 @@ from mpisph.parallel.decomposition import Cut, owners, part_work
 from mpisph.parallel.halo import boxes, exchange_halo, reach
 from mpisph.parallel.load_balance import imbalance, work_of
 from mpisph.parallel.migration import migrate
-from mpisph.physics.response import respond_now
+from mpisph.physics.response import OF_VALUES, respond_rows
 from mpisph.solver.reduction import Reduction, global_reduction
 from mpisph.solver.state import Simulation
 from mpisph.sph.integrator import drift, kick
@@ -35,10 +35,10 @@ from mpisph.sph.sources import (
     AHEAD,
     EXCHANGED,
     LAST,
+    OF_AHEAD,
     ROW,
     look_ahead,
     note_changes,
-    respond_ahead,
     sort_fields,
 )
 from mpisph.sph.timestep import StepRule
@@ -152,7 +152,10 @@ def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
     with sim.timers.measure("stepping"):
         kick(p, after)
     with sim.timers.measure("materials"):
-        respond_now(p.labels, p.values, sim.table, sim.scheme.sound_speed_floor, dt)
+        respond_rows(
+            p.id, p.material, p.values, OF_VALUES,
+            sim.table, sim.scheme.sound_speed_floor, dt,
+        )  # fmt: skip
     sim.time += dt
     sim.step += 1
     sim.dt = dt
@@ -203,7 +206,9 @@ def evaluate_rates(
         last = room("last", len(LAST), p.n)
         look_ahead(p, after, dt, ahead, last)
     with sim.timers.measure("materials"):
-        respond_ahead(ahead, sim.table, scheme.sound_speed_floor, dt)
+        respond_rows(
+            p.id, p.material, ahead, OF_AHEAD, sim.table, scheme.sound_speed_floor, dt
+        )
     with sim.timers.measure("halo"):
         fields = _with_ghosts(sim, ahead[: len(EXCHANGED)], rank_boxes)
     with sim.timers.measure("neighbours"):

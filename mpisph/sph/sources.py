@@ -23,7 +23,6 @@ from mpisph.core.particles import (
     MaterialState,
     Particles,
 )
-from mpisph.physics.response import MaterialTable, respond, state_of
 from mpisph.sph.integrator import predict
 from mpisph.sph.neighbours import CellOrder, Lattice, sort_into_cells
 
@@ -51,7 +50,8 @@ _SAME_FROM = np.array([getattr(VALUE, name) for name in _SAME])
 _LAST = np.array([getattr(VALUE, name) for name in LAST])
 _LAST_RATES = np.array([getattr(VALUE, f"d{name}") for name in LAST])
 _LAST_AHEAD = np.array([AHEAD.index(name) for name in LAST])
-_STATE = MaterialState(*(AHEAD.index(name) for name in MaterialState._fields))
+OF_AHEAD = MaterialState(*(AHEAD.index(name) for name in MaterialState._fields))
+"""Rows of what material models read and set, for `response.respond_rows`."""
 
 
 def look_ahead(
@@ -73,7 +73,7 @@ def look_ahead(
     dt : float
         Time since the last evaluation [s].
     ahead : ndarray, shape (len(AHEAD), n)
-        Written; the response is for `respond_ahead`.
+        Written, but for the response.
     last : ndarray, shape (len(LAST), n)
         Written, for `note_changes`.
     """
@@ -113,15 +113,6 @@ def note_changes(values: Any, last: Any, dt: float) -> None:
         now, rate = values[_LAST[k]], values[_LAST_RATES[k]]
         for i in range(now.size):
             rate[i] = (now[i] - last[k, i]) / dt
-
-
-@njit(**EXACT)
-def respond_ahead(
-    ahead: Any, table: MaterialTable, sound_speed_floor: float, dt: float
-) -> None:
-    """Set the response to the state of `look_ahead`; see `response.respond`."""
-    ids, material = ahead[ROW.id].view(np.int64), ahead[ROW.material].view(np.int64)
-    respond(state_of(ids, material, ahead, _STATE), table, sound_speed_floor, dt)
 
 
 def sort_fields(fields: FloatArray, lattice: Lattice) -> CellOrder:

@@ -24,16 +24,16 @@ from mpisph.core.particles import (
 )
 from mpisph.parallel.decomposition import Cut, owners
 from mpisph.parallel.halo import Halo, bounding_box, boxes, exchange_halo, reach
-from mpisph.physics.response import respond_now
+from mpisph.physics.response import OF_VALUES, respond_rows
 from mpisph.sph.sources import (
     AHEAD,
     EXCHANGED,
     LAST,
+    OF_AHEAD,
     Sources,
     look_ahead,
     name_fields,
     note_changes,
-    respond_ahead,
 )
 
 
@@ -69,9 +69,9 @@ def test_the_response_ahead_is_that_of_the_same_particles_r11():
     ahead = np.empty((len(AHEAD), p.n))
     look_ahead(p, 0.0, 0.0, ahead, np.empty((len(LAST), p.n)))
     before = bits(p.values)
-    respond_ahead(ahead, table, 0.01, 1e-9)
+    respond_rows(p.id, p.material, ahead, OF_AHEAD, table, 0.01, 1e-9)
     np.testing.assert_array_equal(bits(p.values), before)
-    respond_now(p.labels, p.values, table, 0.01, 1e-9)
+    respond_rows(p.id, p.material, p.values, OF_VALUES, table, 0.01, 1e-9)
     for name in (*RESPONSE, *HISTORY, *INTEGRATED):
         np.testing.assert_array_equal(ahead[AHEAD.index(name)], getattr(p, name), name)
     assert p.plastic_strain.any()
