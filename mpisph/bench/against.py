@@ -20,7 +20,7 @@ from zipfile import ZipFile
 import mpisph
 from mpisph.bench import PARTS, SCENES
 from mpisph.bench.record import BenchRecord, Comparison, Measurement, Spread, read_bench
-from mpisph.bench.startup import launch_environment, mpirun, on_all_cores
+from mpisph.bench.startup import launched, mpirun, on_all_cores
 from mpisph.core.errors import InputError, MpisphError
 from mpisph.core.jit import CACHE_FOLDER
 
@@ -191,19 +191,13 @@ def _start(
     command = [sys.executable, "-m", "mpisph", "bench", *arguments]
     if ranks > 1:
         command = [mpirun(), "-n", str(ranks), *command]
-    environment = launch_environment()
-    before = environment.get("PYTHONPATH")
+    before = os.environ.get("PYTHONPATH")
     paths = [str(side.sources), *([before] if before else [])]
-    environment["PYTHONPATH"] = os.pathsep.join(paths)
     cache = side.cache or CACHE_FOLDER.parent
-    environment["MPISPH_CACHE_DIR"] = str(cache)
-    return subprocess.run(
+    return launched(
         command,
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
+        PYTHONPATH=os.pathsep.join(paths),
+        MPISPH_CACHE_DIR=str(cache),
     )
 
 

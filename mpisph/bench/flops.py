@@ -5,7 +5,6 @@ own where nothing is compiled: ``NUMBA_DISABLE_JIT=1 python -m mpisph.bench.flop
 """
 
 import json
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mpisph.bench.record import Arithmetic
-from mpisph.bench.startup import launch_environment
+from mpisph.bench.startup import launched
 from mpisph.core.errors import MpisphError
 from mpisph.core.particles import FloatArray
 from mpisph.core.peak import rounds_of_32, rounds_of_64
@@ -38,14 +37,7 @@ def measure_arithmetic() -> Arithmetic:
     MpisphError
         If the process that counts fails.
     """
-    done = subprocess.run(
-        [sys.executable, "-m", __name__],
-        env={**launch_environment(), "NUMBA_DISABLE_JIT": "1"},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = launched([sys.executable, "-m", __name__], NUMBA_DISABLE_JIT="1")
     if done.returncode != 0:
         raise MpisphError(f"counting the arithmetic failed:\n{done.stderr.strip()}")
     return Arithmetic(

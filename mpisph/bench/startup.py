@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -78,14 +78,7 @@ def _launch(case_file: Path, ranks: int, folder: Path, cache: Path) -> float:
     if ranks > 1:
         command = [mpirun(), "-n", str(ranks), *command]
     begin = time.time()
-    done = subprocess.run(
-        command,
-        env={**launch_environment(), "MPISPH_CACHE_DIR": str(cache)},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = launched(command, MPISPH_CACHE_DIR=str(cache))
     if done.returncode != 0:
         raise MpisphError(f"a run to time its start failed:\n{done.stderr.strip()}")
     first_step = read_result(folder / RESULT_FILE).timing.first_step
@@ -105,6 +98,22 @@ def mpirun() -> str:
         if found := shutil.which(name):
             return found
     raise MpisphError("neither mpirun nor mpiexec is on the PATH")
+
+
+def launched(command: Sequence[str], **more: str) -> "subprocess.CompletedProcess[str]":
+    """Run a program to its end, with `more` in its environment; return what it wrote.
+
+    It reads nothing, and may be a launcher below a rank; whether it failed is for the
+    caller to see.
+    """
+    return subprocess.run(
+        command,
+        env={**launch_environment(), **more},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 def launch_environment() -> dict[str, str]:
