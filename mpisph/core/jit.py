@@ -53,7 +53,6 @@ same on any number of ranks, so the bits are too. NaN and infinity keep their me
 an unstable run must be seen as one."""
 
 INLINE = {
-    "cache": True,
     "fastmath": FASTMATH,
     "error_model": "numpy",
     "forceinline": True,
@@ -69,7 +68,7 @@ differed in the last bit.
 ROUNDED = {**INLINE, "fastmath": FASTMATH - {"reassoc"}}
 """Options of an equation inside the pair loop that relies on how a sum is rounded."""
 
-EXACT = {"cache": True, "error_model": "numpy"}
+EXACT = {"error_model": "numpy"}
 """Options of everything else: IEEE arithmetic in the order written."""
 
 NUMERIC_FOLDERS = ("core", "physics", "parallel", "sph", "diagnostics", "solver")

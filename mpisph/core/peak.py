@@ -4,15 +4,14 @@ Eight registers of sums keep the core busy without waiting for one another, and 
 any processor: registers of four numbers, or of eight.
 """
 
-from numba import njit
-
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 from mpisph.core.particles import FloatArray
 
 _FUSED = {**EXACT, "fastmath": {"contract"}}
 
 
-@njit(**_FUSED)  # type: ignore[untyped-decorator]
+@jitted(**_FUSED)
 def rounds_of_32(sums: FloatArray, rounds: int) -> None:
     """Multiply and add to each of 32 sums, so many times."""
     for _ in range(rounds):
@@ -20,7 +19,7 @@ def rounds_of_32(sums: FloatArray, rounds: int) -> None:
             sums[k] = sums[k] * 0.99 + 0.5
 
 
-@njit(**_FUSED)  # type: ignore[untyped-decorator]
+@jitted(**_FUSED)
 def rounds_of_64(sums: FloatArray, rounds: int) -> None:
     """Multiply and add to each of 64 sums, so many times."""
     for _ in range(rounds):

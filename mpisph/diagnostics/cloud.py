@@ -7,7 +7,6 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
-from numba.extending import register_jitable
 
 from mpisph.case import Case
 from mpisph.case.bodies import Body, Plate
@@ -20,6 +19,7 @@ from mpisph.case.target import (
     front_face,
     rear_position,
 )
+from mpisph.core.jitted import jitable
 from mpisph.core.particles import FloatArray, IntArray, Particles
 from mpisph.parallel.redistribution import gather_all
 
@@ -208,7 +208,7 @@ def cloud_definition(case: Case) -> CloudDefinition:
 # of one.
 
 
-@register_jitable  # type: ignore[untyped-decorator]
+@jitable
 def in_cloud(
     body: IntArray, z: FloatArray, u_z: FloatArray, definition: CloudDefinition
 ) -> npt.NDArray[np.bool_]:
@@ -219,7 +219,7 @@ def in_cloud(
     return cloud
 
 
-@register_jitable  # type: ignore[untyped-decorator]
+@jitable
 def before_next(body: IntArray, definition: CloudDefinition) -> npt.NDArray[np.bool_]:
     """Say which particles are of no body behind the target plate, shape (n,)."""
     if definition.behind.size == 0:
@@ -227,7 +227,7 @@ def before_next(body: IntArray, definition: CloudDefinition) -> npt.NDArray[np.b
     return np.isnan(definition.behind[body])
 
 
-@register_jitable  # type: ignore[untyped-decorator]
+@jitable
 def shows_arrival(
     body: IntArray,
     z: FloatArray,
@@ -252,8 +252,8 @@ def shows_arrival(
     return shown
 
 
-@register_jitable  # type: ignore[untyped-decorator]
-def length_of(z: FloatArray, definition: CloudDefinition) -> FloatArray:
+@jitable
+def length_of(z: Any, definition: CloudDefinition) -> Any:
     """Return how far behind the plate's original rear face positions lie [m]."""
     return definition.direction * (z - definition.rear)
 

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
-from numba import njit
 
 from mpisph.case.sections import Gauge
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 from mpisph.core.particles import LABEL, VALUE, FloatArray, IntArray, Particles
 from mpisph.diagnostics.series import ROOM, Quantity, Scales, column_name
 from mpisph.parallel.reproducible_sum import (
@@ -104,7 +104,7 @@ def note_peaks(p: Particles, peaks: FloatArray) -> None:
     _note_peaks(p.labels, p.values, peaks)
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def _note_peaks(labels: IntArray, values: FloatArray, peaks: FloatArray) -> None:
     body, P = labels[LABEL.body], values[VALUE.P]
     for k in range(P.size):
@@ -189,7 +189,7 @@ def _body_bounds(scales: Scales) -> tuple[float, ...]:
     return m, momentum, momentum, energy, energy
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def _body_sums(labels: IntArray, values: FloatArray, bounds: FloatArray) -> IntArray:
     """Return the parts of the sums of all bodies, shape (bodies * sums, CHUNKS)."""
     scales = np.array([scale_of(bound) for bound in bounds])

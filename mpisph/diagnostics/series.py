@@ -10,9 +10,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 from mpisph.core.particles import LABEL, VALUE, FloatArray, IntArray, Particles
 from mpisph.diagnostics.cloud import (
     CloudDefinition,
@@ -161,7 +161,7 @@ class Terms(NamedTuple):
     cloud_arrived: float
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def terms_of(
     labels: IntArray, values: FloatArray, k: int, cloud: CloudDefinition
 ) -> Terms:
@@ -223,7 +223,7 @@ def local_parts(p: Particles, cloud: CloudDefinition, bounds: FloatArray) -> Par
     return Parts(*parts_of(p.labels, p.values, cloud, bounds))
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def parts_of(
     labels: IntArray, values: FloatArray, cloud: CloudDefinition, bounds: FloatArray
 ) -> tuple[IntArray, FloatArray]:

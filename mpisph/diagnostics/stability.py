@@ -3,9 +3,8 @@
 import math
 from typing import NamedTuple
 
-from numba import njit
-
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 from mpisph.core.particles import LABEL, VALUE
 
 STABLE = 0
@@ -51,7 +50,7 @@ class Bounds(NamedTuple):
     h_max: float
 
 
-@njit(**{**EXACT, "fastmath": {"reassoc"}})
+@jitted(**{**EXACT, "fastmath": {"reassoc"}})
 def _all_finite(values):
     """Say whether all values are finite: zero times anything else is not a number."""
     total = 0.0
@@ -61,7 +60,7 @@ def _all_finite(values):
     return total == 0.0
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _beyond(eta, E, crowding, h, bounds):
     """Return the kind of fault of a particle by the bounds."""
     if not bounds.density_min < eta < bounds.density_max:
@@ -77,7 +76,7 @@ def _beyond(eta, E, crowding, h, bounds):
     return STABLE
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def first_fault(labels, values, table, bounds):
     """Return the fault among the owned particles, and the particle's id.
 

@@ -14,9 +14,9 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
-from numba import njit
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 from mpisph.core.particles import VALUE, FloatArray, IntArray
 from mpisph.core.workspace import Workspace
 
@@ -86,7 +86,7 @@ def reach(h: FloatArray, kappa: float) -> FloatArray:
     return (0.5 * kappa * (1.0 + BOX_SLACK)) * h
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def bounding_box(
     values: FloatArray, kappa: float, dt: float, kick: float = 0.5
 ) -> FloatArray:
@@ -146,7 +146,7 @@ def partners_of(rank: int, rank_boxes: FloatArray) -> IntArray:
     return partners
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def _partners_of(rank: int, rank_boxes: FloatArray) -> IntArray:
     found = np.empty(rank_boxes.shape[0], np.int64)
     n = 0
@@ -156,13 +156,13 @@ def _partners_of(rank: int, rank_boxes: FloatArray) -> IntArray:
     return found[:n]
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def _meets(these: FloatArray, i: int, other: FloatArray) -> bool:
     along_z = (these[0, i] < other[1]) & (these[1, i] > other[0])
     return bool(along_z & (these[2, i] < other[3]) & (these[3, i] > other[2]))
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def select(
     these: FloatArray, rank_boxes: FloatArray
 ) -> tuple[IntArray, npt.NDArray[np.int64]]:

@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
-from numba.extending import register_jitable
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitable, jitted
 from mpisph.core.particles import FloatArray
 
 PARTICLE_WORK = 14.0
@@ -87,7 +86,7 @@ class PairCost:
         return self.seconds / self.pairs if self.pairs > 0.0 else 0.0
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def relative_pair_costs(pair_costs: FloatArray) -> FloatArray:
     """Return each rank's cost of a pair over their mean, in sixteenths.
 
@@ -109,7 +108,7 @@ def relative_pair_costs(pair_costs: FloatArray) -> FloatArray:
     return relative
 
 
-@register_jitable  # type: ignore[untyped-decorator]
+@jitable
 def work_of(neighbours: FloatArray) -> FloatArray:
     """Return the work of particles with so many neighbours, whole numbers."""
     return neighbours + PARTICLE_WORK

@@ -9,10 +9,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
-from numba.extending import register_jitable
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitable, jitted
 from mpisph.core.particles import FloatArray, IntArray
 
 CHUNKS = 4
@@ -80,7 +79,7 @@ def from_chunks(total: IntArray, bounds: FloatArray) -> FloatArray:
     return sums
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def _from_chunks(total: IntArray, bounds: FloatArray) -> FloatArray:
     sums = np.full(bounds.size, math.nan)
     for row in range(bounds.size):
@@ -91,7 +90,7 @@ def _from_chunks(total: IntArray, bounds: FloatArray) -> FloatArray:
     return sums
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def _rounded(high: Any, middle: Any, low: Any, exponent: int) -> float:
     """Return ``(high 2^68 + middle 2^34 + low) 2^exponent``, correctly rounded.
 
@@ -123,7 +122,7 @@ def _rounded(high: Any, middle: Any, low: Any, exponent: int) -> float:
     return sign * math.ldexp(float(leading), exponent + 2 * _BITS - taken)
 
 
-@register_jitable  # type: ignore[untyped-decorator]
+@jitable
 def _exponent(bound: float) -> int:
     """Return the power of two above `bound`, within what the scale can hold."""
     if not math.isfinite(bound):
@@ -131,13 +130,13 @@ def _exponent(bound: float) -> int:
     return max(math.frexp(bound)[1], _SMALLEST_EXPONENT)
 
 
-@register_jitable  # type: ignore[untyped-decorator]
+@jitable
 def scale_of(bound: float) -> float:
     """Return the power of two by which `split` makes a value below a bound whole."""
     return math.ldexp(1.0, _BITS - _exponent(bound))
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def split(value: float, bound: float, scale: float) -> Any:
     """Return the three chunks of a value, and 1 where it is NaN or beyond its bound.
 
@@ -152,7 +151,7 @@ def split(value: float, bound: float, scale: float) -> Any:
     return first, second, np.int64((scaled - second) * _CHUNK), np.int64(not inside)
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def sum_chunks(rows: FloatArray, bounds: FloatArray) -> IntArray:
     """Return the same as `fixed_point_chunks`."""
     total = np.zeros((rows.shape[0], CHUNKS), np.int64)
@@ -165,5 +164,7 @@ def sum_chunks(rows: FloatArray, bounds: FloatArray) -> IntArray:
             middle += second
             low += third
             bad += beyond
-        total[row] = high, middle, low, bad
+        chunks = high, middle, low, bad
+        for column in range(CHUNKS):
+            total[row, column] = chunks[column]
     return total

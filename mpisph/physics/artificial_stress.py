@@ -14,9 +14,9 @@ Appl. Mech. Engrg. 190, 6641: the idea, with f as a power of the kernel and with
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from mpisph.core.jit import INLINE
+from mpisph.core.jitted import jitted
 
 REACH = 2.25
 """Square of the distance in spacings at which f ends: beyond a cell's diagonal."""
@@ -68,7 +68,7 @@ def artificial_stress(strength: float, nph: float, kappa: float) -> ArtificialSt
     return ArtificialStress(strength, nph**2, g)
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def repulsion(q2, dr, dz, d2, t_r, t_z, constants):
     """Return the share of a pair's traction that is taken back (R21).
 

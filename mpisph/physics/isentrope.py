@@ -6,9 +6,9 @@ tension is worth a few kelvins, and in failed matter solid pieces stand at P = 0
 """
 
 import numpy as np
-from numba import njit
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 from mpisph.physics.eos import pressure
 
 NODES = 65
@@ -25,7 +25,7 @@ ISENTROPE = np.dtype((np.record, [(n, np.float64, (NODES,)) for n in _COLUMNS]))
 """Energy [J/kg] and temperature over ``x = 1 - rho0/rho``, and their slopes."""
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _slopes(x, E, T, mat):
     """Return dE/dx, dT/dx at constant entropy: ``P/rho0`` and ``T Gamma rho/rho0``."""
     eta = 1.0 / (1.0 - x)
@@ -33,7 +33,7 @@ def _slopes(x, E, T, mat):
     return P / mat.rho0, T * dP_dE / mat.rho0
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def fill_isentrope(mat, T0):
     """Integrate the isentrope of a material from its reference state [K] on (R13).
 
@@ -62,7 +62,7 @@ def fill_isentrope(mat, T0):
             x += dx
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def on_isentrope(eta, curve):
     """Return energy [J/kg] and temperature [K] of the isentrope at rho/rho0 (R13)."""
     E, dE = curve.energy, curve.energy_slope

@@ -18,9 +18,9 @@ Petschek, Libersky (1993), J. Comp. Phys. 109, 76-83.
 """
 
 import numpy as np
-from numba import njit
 
 from mpisph.core.jit import EXACT, INLINE, ROUNDED
+from mpisph.core.jitted import jitted
 
 XI_FAR = 16.0
 """From this xi on, expansions in 1/xi hold."""
@@ -29,7 +29,7 @@ PI_POW = 0.17958712212516656
 """pi^(-3/2), the Gaussian's constant in three dimensions."""
 
 
-@njit(**ROUNDED)
+@jitted(**ROUNDED)
 def exp_minus(x):
     """Return exp(-x) for 0 <= x <= 700, relative error below 2e-12 (R1).
 
@@ -50,7 +50,7 @@ def exp_minus(x):
     return np.int64(np.float64(p).view(np.int64) + exponent).view(np.float64)
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def i0_far(x):
     """Return pi^(-3/2) sqrt(xi) exp(-xi) I0, x = 1/xi <= 1/XI_FAR; error 3e-13 (R1)."""
     x2 = x * x
@@ -61,7 +61,7 @@ def i0_far(x):
     return (a + x2 * b) + (x2 * x2) * (c + x2 * d)
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def ratio_far(x):
     """Return xi (1 - I1/I0), x = 1/xi <= 1/XI_FAR; error 6e-13 (R1)."""
     x2 = x * x
@@ -73,7 +73,7 @@ def ratio_far(x):
     return (a + x2 * b) + x4 * ((c + x2 * d) + x4 * 249.63300637575526)
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def i0_near(w):
     """Return I0(xi), w = xi^2/4, xi <= XI_FAR; error 6e-14 (R1)."""
     w2 = w * w
@@ -102,7 +102,7 @@ def i0_near(w):
     return p
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def i1_near(w):
     """Return I1(xi)/xi, w = xi^2/4, xi <= XI_FAR; error 8e-14 (R1)."""
     w2 = w * w
@@ -129,7 +129,7 @@ def i1_near(w):
     return p
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def ring_averages_far(d2, weight, root, inv_xi):
     """Return A0, A1, s2, times a weight, q and ratio of a pair with xi >= XI_FAR (R1).
 
@@ -158,7 +158,7 @@ def ring_averages_far(d2, weight, root, inv_xi):
     return A0, A1, A1 * inv_xi, q, ratio
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def ring_averages(d2, weight, root, inv_xi, xi, inv_h):
     """Return A0, A1, s2, times a weight, q and ratio at any xi, the axis included (R1).
 
@@ -185,7 +185,7 @@ def ring_averages(d2, weight, root, inv_xi, xi, inv_h):
     return A0, A1, s2, q, ratio
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def lies_near_axis(r, h, kappa):
     """Say whether a ring may have a neighbour, of the same h, with xi < XI_FAR."""
     return 2.0 * r * (r - kappa * h) < XI_FAR * h * h

@@ -13,24 +13,21 @@ state take ``(rho, E, mat)``, for they are evaluated at other states too.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 import numpy as np
 import numpy.typing as npt
-from numba.extending import overload, register_jitable
 from pydantic.fields import FieldInfo
 
-from mpisph.core.jit import ENTRY
+from mpisph.core.jitted import jitable
 from mpisph.inputs.quantities import Quantity, is_prose
 from mpisph.inputs.sourced import Sourced
 
 Equation = Callable[..., Any]
 Record = npt.NDArray[np.void]
-
-
-INLINED = {name: ENTRY[name] for name in ("error_model", "forceinline")}
 
 
 class Model(NamedTuple):
@@ -81,8 +78,8 @@ def choose(kind: str, equation: str, models: Mapping[str, Model]) -> Equation:
     """Return a function that calls an equation of the model that a material has chosen.
 
     It may be called from Python and from jitted functions, into which it is compiled as
-    a chain of comparisons with the model's number; 2 ns a call with three models, and
-    the caller is kept in the disk cache. Its third argument is the material's row.
+    comparisons with the model's number; 2 ns a call with three models. Its third
+    argument is the material's row.
 
     Parameters
     ----------
@@ -98,34 +95,18 @@ def choose(kind: str, equation: str, models: Mapping[str, Model]) -> Equation:
     def chosen(x, k, mat, *more):
         return functions[getattr(mat, kind)](x, k, mat, *more)
 
-    *others, last = functions
-    chain = _call(last)
-    for number, function in reversed(list(enumerate(others))):
-        chain = _link(kind, number, function, chain)
-
-    @overload(chosen, jit_options=INLINED)
-    def compiled(x, k, mat, *more):
-        return lambda x, k, mat, *more: chain(x, k, mat, *more)
-
-    return chosen
-
-
-def _call(function: Equation) -> Equation:
-    @register_jitable(**INLINED)
-    def call(x, k, mat, *more):
-        return function(x, k, mat, *more)
-
-    return call
-
-
-def _link(kind: str, number: int, function: Equation, rest: Equation) -> Equation:
-    @register_jitable(**INLINED)
-    def link(x, k, mat, *more):
-        if getattr(mat, kind) == number:
-            return function(x, k, mat, *more)
-        return rest(x, k, mat, *more)
-
-    return link
+    # Compiled functions cannot be taken from a list, so this is written out. Its name
+    # is its own: Numba tells functions of a module apart by it.
+    name = f"{kind}_{equation}"
+    first, second, _, *more = inspect.signature(functions[0]).parameters
+    given = ", ".join((first, second, "mat", *more))
+    *others, last = range(len(functions))
+    lines = [f"    if mat.{kind} == {n}: return of_{n}({given})\n" for n in others]
+    text = f"def {name}({given}):\n{''.join(lines)}    return of_{last}({given})\n"
+    names: dict[str, Any] = {f"of_{n}": each for n, each in enumerate(functions)}
+    names["__name__"] = __name__
+    exec(text, names)  # noqa: S102
+    return jitable(chosen, names[name])
 
 
 class Constant(NamedTuple):

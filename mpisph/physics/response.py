@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.core.particles import VALUE, MaterialState
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics import ductile, eos, failure, porosity, strength, thermal
@@ -149,7 +149,7 @@ def material_table(materials: Sequence[MaterialModels]) -> MaterialTable:
     return table
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def plastic_return(x, k, mat, stress, Y, dt):
     """Return the factor of the stress and the plastic strain of its return (R7).
 
@@ -188,7 +188,7 @@ def plastic_return(x, k, mat, stress, Y, dt):
     return Y / stress, increment
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def share_left(before, lost):
     """Return what is left of stress as a lost share of matter grows (R16).
 
@@ -198,7 +198,7 @@ def share_left(before, lost):
     return (1.0 - lost) / (1.0 - before) if lost > before else 1.0
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def state_of(ids, material, rows, at):
     """Return the `MaterialState` of rows of fields, in the places that `at` holds."""
     return MaterialState(
@@ -233,7 +233,7 @@ OF_VALUES = MaterialState(*(getattr(VALUE, name, -1) for name in MaterialState._
 """Rows of the fields in `Particles.values`; labels have none."""
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def respond(x, table, sound_speed_floor, dt):
     """Set the response to the state; bring the stress back to yield (R7-R9, R13-R20).
 
@@ -300,7 +300,7 @@ def respond(x, table, sound_speed_floor, dt):
         x.G[k] *= sound
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def respond_rows(ids, material, rows, at, table, sound_speed_floor, dt):
     """Set the response to the state in rows of fields; see `respond` and `state_of`.
 

@@ -5,9 +5,8 @@ References
 Lee, Seo, Min (2003), Trans. KSME A, eqs (20), (21).
 """
 
-from numba import njit
-
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 
 FIXED = 0
 CLASSIC = 1
@@ -24,7 +23,7 @@ DIMENSIONS = 2.0
 """N_D of eqs (20), (21): h follows lengths in the r-z plane."""
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def smoothing_rate(mode, h, div, hoop, u_r, r):
     """Return dh/dt (R10) [m/s].
 

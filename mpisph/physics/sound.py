@@ -2,12 +2,11 @@
 
 import math
 
-from numba import njit
-
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def sound_speed(rho, P, dP_drho, dP_dE, floor):
     """Return the sound speed (R8, eq 19) [m/s], at least `floor`."""
     c2 = dP_drho + P / (rho * rho) * dP_dE

@@ -7,12 +7,11 @@ Lee, Seo, Min (2003), Trans. KSME A, eqs (15)-(17).
 
 import math
 
-from numba import njit
-
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def jaumann_rate(L_rr, L_tt, L_rz, L_zr, L_zz, S_rr, S_zz, S_rz, mu):
     """Return the rates of S_rr, S_zz, S_rz (R7) [Pa/s].
 
@@ -33,7 +32,7 @@ def jaumann_rate(L_rr, L_tt, L_rz, L_zr, L_zz, S_rr, S_zz, S_rz, mu):
     return dS_rr, dS_zz, dS_rz
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def equivalent_stress(S_rr, S_zz, S_rz):
     """Return the von Mises stress sqrt(3 J2) (R7) [Pa]."""
     S_tt = -(S_rr + S_zz)

@@ -14,9 +14,8 @@ Monaghan, Gingold (1983), J. Comp. Phys. 52, 374-389.
 
 from typing import NamedTuple
 
-from numba import njit
-
 from mpisph.core.jit import INLINE
+from mpisph.core.jitted import jitted
 
 
 class Nodes(NamedTuple):
@@ -44,7 +43,7 @@ PRINTED_NODES = Nodes(1.0, 1.0, 1.0)
 """One node at the mean, as in eq (12)."""
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def near_nodes(q):
     """Return the nodes of a pair with ``xi < XI_FAR`` (R5).
 
@@ -66,7 +65,7 @@ def near_nodes(q):
     return tau, (1.0 - w * tau) / (1.0 - w), w
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def hoop_approach(r_a, r_b, u_r_a, u_r_b, q, printed):
     """Return the closing speed times distance that a node adds per tau (R5) [m2/s].
 
@@ -83,13 +82,13 @@ def hoop_approach(r_a, r_b, u_r_a, u_r_b, q, printed):
     return (r_a * swapped_a + r_b * swapped_b) * q
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def closing(N):
     """Return N of approaching points, 0 of others (R5); what is no number stays."""
     return 0.0 if N > 0.0 else N
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def signal_speed(mu, alpha_c, beta):
     """Return the viscous signal speed of an approach speed mu <= 0 (R5, R11) [m/s].
 
@@ -98,7 +97,7 @@ def signal_speed(mu, alpha_c, beta):
     return alpha_c - beta * mu
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def viscous_pressure(mu, alpha_c, beta):
     """Return the viscous pressure over the pair's mean density (R5) [m2/s2]."""
     return -signal_speed(mu, alpha_c, beta) * mu

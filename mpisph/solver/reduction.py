@@ -10,15 +10,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from mpi4py import MPI
-from numba import njit
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import copy_to, jitted
 from mpisph.core.particles import LABEL, VALUE, FloatArray, IntArray, Particles
 from mpisph.diagnostics.cloud import CloudDefinition
 from mpisph.diagnostics.series import PARTS_TYPE, Parts, joined, parts_of
 from mpisph.diagnostics.stability import STABLE, Bounds, first_fault
 from mpisph.parallel.halo import bounding_box
 from mpisph.parallel.load_balance import relative_pair_costs, work_of
+from mpisph.parallel.reproducible_sum import CHUNKS
 from mpisph.physics.response import MaterialTable
 from mpisph.physics.scheme import SchemeConstants
 from mpisph.sph.timestep import StepRule, allowed_step, local_limit
@@ -122,7 +123,7 @@ def global_reduction(
     return _conclude(records, sum_bounds)
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def _take_down(
     labels: IntArray, values: FloatArray, table: MaterialTable,
     scheme: SchemeConstants, rule: StepRule, bounds: Bounds, sum_bounds: FloatArray,
@@ -132,14 +133,15 @@ def _take_down(
     mine = records[0]
     limit, where = local_limit(labels, values, scheme)
     mine.limit, mine.limited_by = limit, labels[LABEL.id, where] if where >= 0 else -1
-    mine.box[:] = bounding_box(
-        values, scheme.kappa, allowed_step(rule, limit), rule.kick
-    )
+    box = bounding_box(values, scheme.kappa, allowed_step(rule, limit), rule.kick)
+    copy_to(box, mine.box)
     mine.work = work_of(values[VALUE.neighbours]).sum()
     mine.pair_cost, mine.stop_request = pair_cost, stop_request
     mine.fault, mine.fault_id = first_fault(labels, values, table, bounds)
     sums, maxima = parts_of(labels, values, cloud, sum_bounds)
-    mine.sums[:], mine.maxima[:] = sums, maxima
+    for row in range(sums.shape[0]):
+        copy_to(sums[row], mine.sums[row])
+    copy_to(maxima, mine.maxima)
 
 
 def _conclude(records: Records, sum_bounds: FloatArray) -> Reduction:
@@ -149,7 +151,7 @@ def _conclude(records: Records, sum_bounds: FloatArray) -> Reduction:
     return Reduction(**dict(zip(_AGREED, agreed, strict=True)), series=series)
 
 
-@njit(**EXACT)  # type: ignore[untyped-decorator]
+@jitted(**EXACT)
 def _agree(records: Records) -> Any:
     """Return the items of `Reduction`, and for its series the sums and maxima.
 
@@ -159,7 +161,8 @@ def _agree(records: Records) -> Any:
     boxes, work, pair_costs = (
         np.empty((records.size, 4)), np.empty(records.size), np.empty(records.size),
     )  # fmt: skip
-    sums, maxima = records[0].sums.copy(), records[0].maxima.copy()
+    sums = np.zeros(records[0].sums.shape, np.int64)
+    maxima = records[0].maxima.copy()
     for k in range(records.size):
         mine, best = records[k], records[first]
         if mine.limit < best.limit or (
@@ -171,10 +174,15 @@ def _agree(records: Records) -> Any:
         ):
             faulty = k
         stop_request = max(stop_request, mine.stop_request)
-        boxes[k], work[k], pair_costs[k] = mine.box, mine.work, mine.pair_cost
-        if k > 0:
-            sums += mine.sums
-            maxima = np.maximum(maxima, mine.maxima)
+        work[k], pair_costs[k] = mine.work, mine.pair_cost
+        copy_to(mine.box, boxes[k])
+        for row in range(sums.shape[0]):
+            for column in range(CHUNKS):
+                sums[row, column] += mine.sums[row, column]
+        for row in range(maxima.size):
+            maximum = mine.maxima[row]
+            if maximum > maxima[row] or np.isnan(maximum):
+                maxima[row] = maximum
     relative = relative_pair_costs(pair_costs)
     agreed = (
         records[first].limit,

@@ -2,9 +2,8 @@
 
 from typing import NamedTuple
 
-from numba import njit
-
 from mpisph.core.jit import EXACT, INLINE
+from mpisph.core.jitted import jitted
 
 
 class GradientSums(NamedTuple):
@@ -40,7 +39,7 @@ class GradientSums(NamedTuple):
 NO_SUMS = GradientSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def gradient_terms(a, b, w, averages, dz):
     """Return what ring b adds to the sums of ring a with weight `w` (R2).
 
@@ -55,7 +54,7 @@ def gradient_terms(a, b, w, averages, dz):
     )  # fmt: skip
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def added(s, t):
     """Return the sums `s` with the terms `t`."""
     return GradientSums(
@@ -65,14 +64,14 @@ def added(s, t):
     )  # fmt: skip
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def velocity_gradient(s, a):
     """Return L_rr, L_tt, L_rz, L_zr, L_zz of ring a (R2) [1/s]."""
     hoop = 0.5 / a.r * s.u_s
     return s.u_y + hoop - a.u_r * s.x, -hoop, s.u_z, s.v_x, s.v_z
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def moments(s, a):
     """Return K_rr, K_tt, K_rz, K_zz of ring a: R2 of positions, for velocities (R7)."""
     hoop = 0.5 / a.r * s.r_s
@@ -88,7 +87,7 @@ has enough neighbours for a gradient. The determinant is 1 inside, 1/2 at a plan
 surface, 1/4 at an edge, and 0 for a particle alone."""
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def inverse_moments(K):
     """Return B_rr, B_tt, B_rz, B_zz of ``B = K^-1``, or unity with few neighbours (R7).
 
@@ -102,13 +101,13 @@ def inverse_moments(K):
     return K_zz / det, 1.0 / K_tt, -K_rz / det, K_rr / det
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def solid_share(P, G):
     """Return the part of B - 1 that forces take (R3): none once P exceeds G/10."""
     return max(0.0, 1.0 - 10.0 * abs(P) / G) if G > 0.0 else 0.0
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def corrected(A, B):
     """Return ``A B`` of a tensor A with the components rr, tt, rz, zr, zz (R2, R7)."""
     A_rr, A_tt, A_rz, A_zr, A_zz = A

@@ -8,20 +8,19 @@ the same bits however the particles are spread over ranks.
 
 import math
 
-from numba import njit
-
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 from mpisph.core.particles import FloatArray, Particles
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _advance(values, rates, tau, out):
     for k in range(values.shape[0]):
         for i in range(values.shape[1]):
             out[k, i] = values[k, i] + tau * rates[k, i]
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _drift(r, z, u_r, u_z, S_rz, du_r, du_z, dS_rz, B_rz, dB_rz, tau, low, high):
     for i in range(r.size):
         r[i] += tau * u_r[i]
@@ -44,7 +43,7 @@ def _drift(r, z, u_r, u_z, S_rz, du_r, du_z, dS_rz, B_rz, dB_rz, tau, low, high)
             dB_rz[i] = -dB_rz[i]
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _close_energy(E, u_r, u_z, du_r, du_z, w_r, w_z, tau):
     for i in range(E.size):
         work_r = du_r[i] * (u_r[i] - w_r[i] + 0.5 * tau * du_r[i])

@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 from mpisph.core.particles import FloatArray, IntArray
 
 CELLS_PER_REACH = 2.0
@@ -84,14 +84,14 @@ def make_lattice(h0: float, kappa: float) -> Lattice:
     return Lattice(h_ref, kappa * h_ref / CELLS_PER_REACH, kappa)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def level_of(h, h_ref):
     """Return the level of a smoothing length: floor(log2(h/h_ref)), clipped."""
     _, exponent = math.frexp(h / h_ref)
     return min(max(exponent - 1, -MAX_LEVEL), MAX_LEVEL)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def cell_keys(r, z, h, lattice):
     """Return the sort key of each particle's cell, int64, shape (n,)."""
     keys = np.empty(r.size, np.int64)
@@ -105,7 +105,7 @@ def cell_keys(r, z, h, lattice):
     return keys
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def sort_ids_within_cells(order, keys, ids):
     """Order the particles of each cell by id, in place (cells hold few)."""
     for i in range(1, order.size):
@@ -117,7 +117,7 @@ def sort_ids_within_cells(order, keys, ids):
         order[j + 1] = moving
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def split_key(key):
     """Return the level, axial cell and radial cell of a key."""
     ir = key & ((1 << AXIS_BITS) - 1)
@@ -125,13 +125,13 @@ def split_key(key):
     return (key >> (2 * AXIS_BITS)) - MAX_LEVEL, iz, ir
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def row_of(key):
     """Return what the keys of all cells of one level and row have in common."""
     return key >> AXIS_BITS
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _level_table(order, keys, h, lattice):
     """Return `levels` and `rows` of `CellOrder`."""
     levels = np.empty((2 * MAX_LEVEL + 1, 2))
@@ -155,7 +155,7 @@ def _level_table(order, keys, h, lattice):
     return levels[:count].copy(), rows[:count].copy()
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _column_table(order, keys, rows):
     """Return `columns` of `CellOrder`; empty rows get no cells."""
     n_rows = rows[-1, 1] + rows[-1, 2] if rows.shape[0] > 0 else 0
@@ -178,7 +178,7 @@ def _column_table(order, keys, rows):
     return columns, cell
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _cell_starts(order, keys, rows, columns, n_starts):
     """Return `starts` of `CellOrder` by counting."""
     starts = np.zeros(n_starts + 1, np.int64)
@@ -221,7 +221,7 @@ def sort_into_cells(
     return CellOrder(order, levels, rows, columns, starts, keys[order])
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def candidate_runs(cells, r_a, z_a, h_a, kappa, runs):
     """Find where the neighbours of a particle can stand in the global order.
 
@@ -266,7 +266,7 @@ def candidate_runs(cells, r_a, z_a, h_a, kappa, runs):
     return n_runs, candidates
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def find_neighbours(records, runs, n_runs, i, kappa, self_term, index):
     """List the neighbours of particle `i`: those within ``kappa (h_a + h_b)/2``.
 
@@ -308,7 +308,7 @@ def find_neighbours(records, runs, n_runs, i, kappa, self_term, index):
     return n if self_term else _leave_out(index, n, i)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _leave_out(index, n, i):
     """Take `i` out of the first `n` of a list, return the new length."""
     kept = 0

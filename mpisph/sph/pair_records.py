@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 from mpisph.physics.heat import diffusivity
 from mpisph.sph.gradient import corrected
 
@@ -45,7 +45,7 @@ class PairRecord(NamedTuple):
 RECORD_FIELDS = len(PairRecord._fields)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def write_pair_records(sources, order, table, scheme, records):
     """Write the records of `PairRecord` in the global order.
 
@@ -91,7 +91,7 @@ def write_pair_records(sources, order, table, scheme, records):
         ring[15] = s_zr
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def record_at(records, i):
     """Return record `i` as a `PairRecord`."""
     x = records[i]

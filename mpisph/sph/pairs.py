@@ -9,9 +9,9 @@ its own neighbours and their order alone.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from mpisph.core.jit import EXACT, INLINE
+from mpisph.core.jitted import jitted
 from mpisph.core.stack import align_stack
 from mpisph.physics.artificial_stress import repulsion
 from mpisph.physics.heat import heat_flow
@@ -67,7 +67,7 @@ class PairSums(NamedTuple):
     crowding: float
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def make_buffer(candidates):
     """Return a buffer for so many candidates, shape (4, length, 4).
 
@@ -78,7 +78,7 @@ def make_buffer(candidates):
     return np.empty((RECORD_FIELDS // GROUP, 2 * (lines + 1 - lines % 2), GROUP))
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def pack_neighbours(records, index, n, rows):
     """Copy the records of the neighbours of a particle into the buffer.
 
@@ -109,7 +109,7 @@ def pack_neighbours(records, index, n, rows):
     return padded
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _put(x, k, place, motion, state, stress):
     """Write a ring into place `k` of the four groups, each of shape (length, 4)."""
     row = place[k]
@@ -122,13 +122,13 @@ def _put(x, k, place, motion, state, stress):
     row[0], row[1], row[2], row[3] = x.half_s_tr, x.s_zz, x.s_rz, x.s_zr
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def mean(w, one, other):
     """Return the mean of two values, the first with the weight `w`."""
     return other + w * (one - other)
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def pair_terms(a, b, kernel, nodes, dr, dz, d2, q2, h, h2_r, theta_a, scheme, lee2003):
     """Return what ring b adds to the sums of ring a (R2-R6, R21).
 
@@ -227,7 +227,7 @@ def pair_terms(a, b, kernel, nodes, dr, dz, d2, q2, h, h2_r, theta_a, scheme, le
     )
 
 
-@njit(**INLINE)
+@jitted(**INLINE)
 def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
     """Sum over the first `n` packed neighbours.
 
@@ -313,7 +313,7 @@ def pair_sums(a, buffer, n, scheme, near_axis, lee2003):
     return PairSums(continuity, own, f_r, f_z, heat, damping, crowding), close
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def acceleration(sums, a):
     """Return du_r/dt and du_z/dt (R3, R5) [m/s2]."""
     own = sums.stress
@@ -324,7 +324,7 @@ def acceleration(sums, a):
     )
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def heating(sums, M, a):
     """Return dE/dt (R4, R6): the work of a's own stress, viscosity and heat [W/kg].
 

@@ -16,9 +16,9 @@ density, and takes place whether or not quiescent matter is skipped.
 import math
 
 import numpy as np
-from numba import njit
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 from mpisph.core.particles import RATE
 from mpisph.sph.neighbours import REACH_SLACK, split_key
 from mpisph.sph.pair_records import record_at
@@ -27,7 +27,7 @@ REST = 1e-20
 """Rates below this, in units of c^2/h for an acceleration, do not move calm matter."""
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def calm_particles(records):
     """Return which particles are calm, and where the matter changes after each.
 
@@ -62,7 +62,7 @@ def calm_particles(records):
     return calm, next_change
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def cell_reach(cells, lattice, i):
     """Return the radius up to which the particles of the cell of `i` reach [m]."""
     level, _, ir = split_key(cells.keys[i])
@@ -74,7 +74,7 @@ def cell_reach(cells, lattice, i):
     return (ir + 1) * lattice.size * scale + reach
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def quiescent_until(cells, lattice, i, records, calm, next_change):
     """Return up to which radius all that a cell could reach is calm and moves as one.
 
@@ -131,7 +131,7 @@ def quiescent_until(cells, lattice, i, records, calm, next_change):
     return until
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def is_negligible(rates, c, h, rho):
     """Say whether rates are too small to move calm matter.
 

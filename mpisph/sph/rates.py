@@ -8,9 +8,9 @@ steps would save that alone, and cost 500 bytes a particle.
 """
 
 import numpy as np
-from numba import njit
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitted
 from mpisph.core.particles import LABEL, RATE, VALUE, FloatArray, Particles
 from mpisph.physics.kernel import lies_near_axis
 from mpisph.physics.response import MaterialTable
@@ -55,13 +55,13 @@ runs stay below 1.1 at their 90th percentile. A carried density that has drifted
 gives its particle too large a volume, hence too large a divergence, and runs away."""
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def settling(crowding, c, h):
     """Return d(ln rho)/dt with which an expanded gas goes to its kernel sum (R2)."""
     return (crowding - 1.0) * c / h
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _write_rates(sums, a, sources, k, G, gas, scheme, crowding, rates, correction):
     """Write the rates of particle `k`, return its velocity divergence."""
     L = velocity_gradient(sums.continuity, a)
@@ -95,14 +95,14 @@ def _write_rates(sums, a, sources, k, G, gas, scheme, crowding, rates, correctio
     return div
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _set_correction(correction, k, share, B):
     """Write B of particle `k`, in part, for force and continuity of the next step."""
     for row in range(4):
         correction[row, k] = UNITY[row] + share * (B[row] - UNITY[row])
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _rest(k, alpha_c, rates, div, damping, crowding, correction):
     """Let particle `k` be at rest within matter as it was at the start."""
     for row in range(rates.shape[0]):
@@ -111,7 +111,7 @@ def _rest(k, alpha_c, rates, div, damping, crowding, correction):
     _set_correction(correction, k, 0.0, UNITY)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _update_rates(
     fields, records, cells, lattice, table, scheme, lee2003, skip, G, labels, values
 ):

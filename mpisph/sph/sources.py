@@ -10,9 +10,9 @@ import collections
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import copy_to, jitted
 from mpisph.core.particles import (
     CORRECTION,
     FIELDS,
@@ -81,22 +81,23 @@ def look_ahead(
     _carry(p.labels, p.values, dt, ahead, last)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _carry(labels: Any, values: Any, dt: float, ahead: Any, last: Any) -> None:
     """Write what is not integrated: copies, and what the last two steps foretell."""
-    values[VALUE.w_r], values[VALUE.w_z] = ahead[ROW.u_r], ahead[ROW.u_z]
-    ahead[ROW.id].view(np.int64)[:] = labels[LABEL.id]
-    ahead[ROW.material].view(np.int64)[:] = labels[LABEL.material]
+    copy_to(ahead[ROW.u_r], values[VALUE.w_r])
+    copy_to(ahead[ROW.u_z], values[VALUE.w_z])
+    copy_to(labels[LABEL.id], ahead[ROW.id].view(np.int64))
+    copy_to(labels[LABEL.material], ahead[ROW.material].view(np.int64))
     for k in range(_SAME_TO.size):
-        ahead[_SAME_TO[k]] = values[_SAME_FROM[k]]
+        copy_to(values[_SAME_FROM[k]], ahead[_SAME_TO[k]])
     for k in range(_LAST.size):
         now, rate = values[_LAST[k]], values[_LAST_RATES[k]]
-        last[k] = now
+        copy_to(now, last[k])
         for i in range(now.size):
             ahead[_LAST_AHEAD[k], i] = now[i] + dt * rate[i]
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def note_changes(values: Any, last: Any, dt: float) -> None:
     """Set the rates of `LAST` to what an evaluation, `dt` [s] later, has changed (R11).
 
@@ -123,7 +124,7 @@ def sort_fields(fields: FloatArray, lattice: Lattice) -> CellOrder:
     )  # fmt: skip
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def name_fields(fields: Any) -> Sources:
     """Return views of exchanged fields, shape (len(EXCHANGED), n), by their names."""
     return Sources(

@@ -7,10 +7,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numba.extending import register_jitable
 
 from mpisph.core.jit import EXACT
+from mpisph.core.jitted import jitable, jitted
 from mpisph.core.particles import LABEL, VALUE
 from mpisph.physics.heat import diffusivity
 
@@ -24,40 +23,40 @@ other: a ball that expands freely to twice its size is then right to 1 % of its 
 with a share of 1 to 45 %."""
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def signal_limit(h, c, rho, G, damping):
     """Return the Courant limit of longitudinal waves and viscosity (R11) [s]."""
     longitudinal = np.sqrt(c * c + 4.0 * G / (3.0 * rho))
     return h / (longitudinal + VISCOUS_SHARE * damping)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def heat_limit(h, zeta, crowding):
     """Return the limit of artificial heat (R11) [s]."""
     rate = 4.0 * zeta * crowding
     return h * h / rate if rate > 0.0 else np.inf
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def force_limit(h, du_r, du_z):
     """Return the time in which the acceleration moves a particle by h (R11) [s]."""
     acceleration = np.sqrt(du_r * du_r + du_z * du_z)
     return np.sqrt(h / acceleration) if acceleration > 0.0 else np.inf
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def strain_limit(div):
     """Return the time in which the volume changes by a share of its size (R11) [s]."""
     return STRAIN_SHARE / abs(div) if div != 0.0 else np.inf
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def smoothing_limit(h, dh):
     """Return the time in which h changes by its own size (R11) [s]."""
     return h / abs(dh) if dh != 0.0 else np.inf
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def local_limit(labels, values, scheme):
     """Return the smallest limit among the owned particles, without Courant factor.
 
@@ -98,7 +97,7 @@ def local_limit(labels, values, scheme):
     return smallest, where
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _smaller(a, b):
     return a if a < b else b
 
@@ -129,7 +128,7 @@ class StepRule(NamedTuple):
         return float(allowed_step(self, limit))
 
 
-@register_jitable
+@jitable
 def allowed_step(rule: StepRule, limit: float) -> float:
     """Return the same as `StepRule.allowed`."""
     return rule.longest if rule.fixed else min(rule.courant * limit, rule.longest)

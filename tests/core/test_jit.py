@@ -3,6 +3,7 @@
 import hashlib
 import os
 import pickle
+import re
 import shutil
 import subprocess
 import sys
@@ -57,13 +58,18 @@ def test_the_digest_follows_the_numeric_sources(package, monkeypatch, name, coun
 
 
 def test_all_that_is_compiled_lies_in_the_numeric_folders():
-    jitted = {
+    folders = {
         path.relative_to(PACKAGE).parts[0]
         for path in PACKAGE.rglob("*.py")
-        if "njit(" in path.read_text(encoding="utf-8")
+        if re.search(r"\b(n?jit|jitted)\(|@jitable", path.read_text(encoding="utf-8"))
     }
-    assert jitted
-    assert jitted <= set(jit.NUMERIC_FOLDERS)
+    assert {"physics", "sph"} <= folders <= set(jit.NUMERIC_FOLDERS)
+
+
+def test_all_that_is_compiled_is_linked_as_it_is():
+    for path in PACKAGE.rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"\bimport njit\b|register_jitable", text), path
 
 
 def test_the_digest_follows_the_compiler(monkeypatch):
@@ -119,7 +125,6 @@ def test_compiled_code_runs_without_scipy_and_leaves_it_importable():
 
 @pytest.mark.parametrize("options", [jit.INLINE, jit.EXACT])
 def test_options_keep_nan_and_infinity(options):
-    assert options["cache"]
     assert options["error_model"] == "numpy"
     flags = options.get("fastmath", set())
     # True would be all flags, nnan and ninf among them.

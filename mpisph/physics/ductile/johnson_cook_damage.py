@@ -9,10 +9,10 @@ Mech. 72, 1049: the triaxiality below which nothing breaks.
 import math
 from typing import Annotated
 
-from numba import njit
 from pydantic import Field, model_validator
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import (
     CrackEnergy,
     Quantity,
@@ -90,7 +90,7 @@ class JohnsonCookDamage(Sourced):
         return self
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def fracture_strain(triaxiality, rate, T, mat):
     """Return the equivalent plastic strain to fracture, infinite if pressed (R18).
 
@@ -114,7 +114,7 @@ def fracture_strain(triaxiality, rate, T, mat):
     return max(strain, mat.least_strain)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def tearing(work, crack_energy):
     """Return the damage of matter that tears as it is strained (R18).
 
@@ -133,7 +133,7 @@ def tearing(work, crack_energy):
     return 0.5 * work / crack_energy
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _used_up(x, k, mat, increment, dt):
     stress = equivalent_stress(x.S_rr[k], x.S_zz[k], x.S_rz[k])
     triaxiality = -x.P[k] / stress if stress > 0.0 else LOWEST_TRIAXIALITY
@@ -143,7 +143,7 @@ def _used_up(x, k, mat, increment, dt):
     )
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _torn(x, k, mat, work):
     return tearing(work, mat.johnson_cook_damage.crack_energy)
 

@@ -1,17 +1,16 @@
 """Matter that bears any plastic strain."""
 
-from numba import njit
-
 from mpisph.core.jit import ENTRY
+from mpisph.core.jitted import jitted
 from mpisph.physics.models import Model
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _used_up(x, k, mat, increment, dt):
     return 0.0
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _torn(x, k, mat, work):
     return 0.0
 

@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from numba import njit
 from pydantic import Field
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import Quantity
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
@@ -24,14 +24,14 @@ class IdealGas(Sourced):
         return self.c0
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def ideal_gas(rho, E, gamma):
     """Return P, dP/drho, dP/dE of ``P = (gamma - 1) rho E`` (R8)."""
     g = gamma - 1.0
     return g * rho * E, g * E, g * rho
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _pressure(rho, E, mat):
     return ideal_gas(rho, E, mat.ideal_gas.gamma)
 

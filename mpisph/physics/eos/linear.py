@@ -2,9 +2,8 @@
 
 import math
 
-from numba import njit
-
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import PositivePressure
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
@@ -21,13 +20,13 @@ class Linear(Sourced):
         return math.sqrt(self.bulk_modulus / rho0)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def linear(rho, rho0, K):
     """Return P, dP/drho, dP/dE of ``P = K m`` (R8)."""
     return K * (rho / rho0 - 1.0), K / rho0, 0.0
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _pressure(rho, E, mat):
     return linear(rho, mat.rho0, mat.linear.bulk_modulus)
 

@@ -12,11 +12,11 @@ import math
 from typing import Annotated, ClassVar
 
 import numpy as np
-from numba import njit
 from numpy.polynomial import Polynomial
 from pydantic import Field
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import Quantity, SoundSpeed
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
@@ -67,7 +67,7 @@ class MieGrueneisen(Sourced):
         return POLE_SHARE * min(ends) / (1.0 - min(ends)) if ends else math.inf
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def hugoniot_pressure(m, rho0, constants):
     """Return P_H and dP_H/dm of the Hugoniot; linear in tension (R8)."""
     a = rho0 * constants.c0 * constants.c0
@@ -80,7 +80,7 @@ def hugoniot_pressure(m, rho0, constants):
     return a * x / (D * D), a * v * v * (D + 2.0 * x * rise) / (D * D * D)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def mie_grueneisen(rho, E, rho0, constants):
     """Return P, dP/drho, dP/dE of the Mie-Grueneisen equation (R8)."""
     m = rho / rho0 - 1.0
@@ -100,7 +100,7 @@ def mie_grueneisen(rho, E, rho0, constants):
     return P, dP_drho, gamma * rho0
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _pressure(rho, E, mat):
     return mie_grueneisen(rho, E, mat.rho0, mat.mie_grueneisen)
 

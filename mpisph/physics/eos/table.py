@@ -24,10 +24,10 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from pydantic import Field, model_validator
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import PROSE, Temperature
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model, record_type
@@ -266,7 +266,7 @@ def _arrays(content: str, T_ref: float, rho0: float) -> dict[str, FloatArray]:
     return found
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def cell_of(x, axis, cells):
     """Return the interval of a rising axis in which x lies, the nearest outside."""
     low, high = 0, cells
@@ -279,7 +279,7 @@ def cell_of(x, axis, cells):
     return low
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def cubic(s, width, a, b, da, db):
     """Return a cubic, and its derivative, by values and slopes at both ends (R20).
 
@@ -300,7 +300,7 @@ def cubic(s, width, a, b, da, db):
     return value, (da + s * (2.0 * second + 3.0 * s * third)) / width
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def tabulated(rho, E, table):
     """Return P, dP/drho, dP/dE of a table (R20).
 
@@ -349,7 +349,7 @@ def tabulated(rho, E, table):
     return P, dP_drho, dP_dE
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _pressure(rho, E, mat):
     return tabulated(rho, E, mat.table)
 

@@ -11,10 +11,10 @@ expansion.
 
 import math
 
-from numba import njit
 from pydantic import model_validator
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import (
     Positive,
     PositivePressure,
@@ -61,7 +61,7 @@ class Tillotson(Sourced):
         return math.sqrt(self.A / rho0)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def tillotson_denominator(eta, E, mat):
     """Return E/(E0 eta^2) + 1, at least 1 (R8).
 
@@ -71,7 +71,7 @@ def tillotson_denominator(eta, E, mat):
     return max(E, 0.0) / (mat.E0 * eta * eta) + 1.0
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def tillotson_compressed(rho, E, rho0, mat):
     """Return P, dP/drho, dP/dE of Tillotson's compressed or cold branch (R8).
 
@@ -92,7 +92,7 @@ def tillotson_compressed(rho, E, rho0, mat):
     return P, dP_drho, dP_dE
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def tillotson_expanded(rho, E, rho0, mat):
     """Return P, dP/drho, dP/dE of Tillotson's expanded hot branch (R8)."""
     eta = rho / rho0
@@ -112,7 +112,7 @@ def tillotson_expanded(rho, E, rho0, mat):
     return P, dP_drho, dP_dE
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def tillotson(rho, E, rho0, mat):
     """Return P, dP/drho, dP/dE of the Tillotson equation, with its mix (R8)."""
     if rho >= rho0 or E <= mat.Es:
@@ -128,7 +128,7 @@ def tillotson(rho, E, rho0, mat):
     return P, f * dr_e + (1.0 - f) * dr_c, dP_dE
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _pressure(rho, E, mat):
     return tillotson(rho, E, mat.rho0, mat.tillotson)
 

@@ -14,10 +14,10 @@ import math
 from typing import Annotated
 
 import numpy as np
-from numba import njit
 from pydantic import Field, Strict
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import Positive, Quantity
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.cracks import (
@@ -49,7 +49,7 @@ MOST_FLAWS = 64
 """Active flaws that are counted one by one; more are taken as their mean."""
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def uniform(seed, number, draw):
     """Return a number within 0 and 1, the same for the same three integers (R17).
 
@@ -64,7 +64,7 @@ def uniform(seed, number, draw):
     return (np.float64(x >> np.uint64(11)) + 0.5) * 2.0**-53
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def active_flaws(seed, number, expected):
     """Return how many flaws of a particle are active (R17).
 
@@ -84,7 +84,7 @@ def active_flaws(seed, number, expected):
     return float(n)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def cracks_in_a_piece(n, size, r):
     """Return how many cracks grow in a cubic piece of a ring with n active flaws (R17).
 
@@ -102,7 +102,7 @@ def cracks_in_a_piece(n, size, r):
     return min(n * size / (2.0 * math.pi * r), 1.0 / CRACK_SPEED)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def damage_of_flaws(damage, n, growth):
     """Return the damage after n cracks have grown (R17).
 
@@ -112,7 +112,7 @@ def damage_of_flaws(damage, n, growth):
     return min(np.cbrt(damage) + n * growth, 1.0) ** 3
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _growth(P, S_rr, S_zz, S_rz, damage, G, c, m, r, rho, number, mat, dt):
     # Stresses of the sound share: the strain is theirs.
     sound = 1.0 - damage
@@ -136,7 +136,7 @@ def _growth(P, S_rr, S_zz, S_rz, damage, G, c, m, r, rho, number, mat, dt):
     return damage_of_flaws(damage, cracks, growth) - damage
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _damage_growth(x, k, mat, excess, dt):
     # Without a branch here, no references to the arrays are counted.
     return _growth(

@@ -7,9 +7,8 @@ Lee, Seo, Min (2003), Trans. KSME A, sections 2.5 and 3.4.5.
 
 from typing import Literal
 
-from numba import njit
-
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import TensionLimit
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.cracks import borne
@@ -30,7 +29,7 @@ class MinimumPressure(Sourced):
     """What a lower pressure becomes: the limit, zero, or left as it is."""
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def minimum_pressure(P, P_min, mode):
     """Return P with the tensile limit applied (R9) [Pa]."""
     if mode == OFF or P >= P_min:
@@ -38,19 +37,19 @@ def minimum_pressure(P, P_min, mode):
     return P_min if mode == CLAMP else 0.0
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _share(P, damage, limit):
     # Torn matter has no shear either, while that lasts.
     torn = minimum_pressure(P, limit.value, limit.mode) > P
     return 0.0 if torn else 1.0 - damage
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _sound_share(x, k, mat):
     return _share(x.P[k], x.damage[k], mat.minimum_pressure)
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _limit_tension(x, k, mat, dt):
     limit = mat.minimum_pressure
     P = minimum_pressure(x.P[k], limit.value, limit.mode)

@@ -15,9 +15,8 @@ the tension lasts.
 
 from typing import Literal
 
-from numba import njit
-
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import CrackEnergy, NonNegativeTime, PositivePressure
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.cracks import (
@@ -53,7 +52,7 @@ class Spall(Sourced):
     """Time in which cracks take up what exceeds the strength; 0: at once."""
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def opening_strain(h, strength, crack_energy, bulk):
     """Return the strain of the band of a crack at its last opening (R16).
 
@@ -75,7 +74,7 @@ def opening_strain(h, strength, crack_energy, bulk):
     return max(2.0 * crack_energy / (strength * BAND * h), resolved)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def opening_growth(excess, last, strength, bulk):
     """Return by what share of its last opening a crack takes up a tension (R16).
 
@@ -94,7 +93,7 @@ def opening_growth(excess, last, strength, bulk):
     return excess / (bulk * last - strength)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def relaxed_share(dt, relaxation_time):
     """Return the share of an excess of tension that cracks take up in a time (R16).
 
@@ -110,7 +109,7 @@ def relaxed_share(dt, relaxation_time):
     return dt / (dt + relaxation_time) if relaxation_time > 0.0 else 1.0
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def untorn_share(damage, opening):
     """Return the share that is not torn, of matter whose cracks are open (R16).
 
@@ -120,7 +119,7 @@ def untorn_share(damage, opening):
     return min((1.0 - damage) / (1.0 - opening), 1.0) if opening < 1.0 else 0.0
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _between_cracks(P, rho, E, alpha, opening, h, mat):
     """Return the pressure of matter without the opening of its cracks, none above 0."""
     if P >= 0.0 or opening <= 0.0 or opening >= 1.0:
@@ -131,7 +130,7 @@ def _between_cracks(P, rho, E, alpha, opening, h, mat):
     return min(pressure(solid, E, mat)[0] / alpha, 0.0)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _excess(P, S_rr, S_zz, S_rz, damage, opening, spall):
     """Return by how much the tension exceeds what the crack lets through [Pa]."""
     untorn = untorn_share(damage, opening)
@@ -143,14 +142,14 @@ def _excess(P, S_rr, S_zz, S_rz, damage, opening, spall):
     return tension - (1.0 - opening) * spall.strength
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _limited(P, excess, damage, opening):
     # The principal stress counts only as far as matter is in tension as a whole.
     P = P if excess <= 0.0 else min(P + excess, max(P, 0.0))
     return borne(P, untorn_share(damage, opening))
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _limit_tension(x, k, mat, dt):
     # Without a branch here, no references to the arrays are counted.
     D, opening = x.damage[k], x.opening[k]
@@ -160,7 +159,7 @@ def _limit_tension(x, k, mat, dt):
     return _limited(P, excess, D, opening), excess
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def _growth(excess, opening, m, r, h, rho, c, G, mat, dt):
     if excess <= 0.0:
         return 0.0
@@ -173,7 +172,7 @@ def _growth(excess, opening, m, r, h, rho, c, G, mat, dt):
     return min(growth, 1.0 - opening)
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _damage_growth(x, k, mat, excess, dt):
     opening = x.opening[k]
     growth = _growth(

@@ -1,12 +1,11 @@
 """Matter without pores."""
 
-from numba import njit
-
 from mpisph.core.jit import ENTRY
+from mpisph.core.jitted import jitted
 from mpisph.physics.models import Model
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _distension(x, k, mat):
     return 1.0
 

@@ -13,10 +13,10 @@ Carroll, Holt (1972), J. Appl. Phys. 43, 1626: the factor 1/alpha.
 
 from typing import Annotated
 
-from numba import njit
 from pydantic import Field, model_validator
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import NonNegativePressure, PositivePressure, Quantity
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.eos import pressure
@@ -50,7 +50,7 @@ class PAlpha(Sourced):
         return self
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def crush_pressure(pores, constants):
     """Return the pressure [Pa] at which pores are crushed (R19).
 
@@ -65,7 +65,7 @@ def crush_pressure(pores, constants):
     return constants.solid_pressure - width * pores
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def crushed_distension(rho, E, alpha, mat):
     """Return the distension at a density and energy, at most `alpha` (R19).
 
@@ -101,7 +101,7 @@ def crushed_distension(rho, E, alpha, mat):
     return alpha
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _distension(x, k, mat):
     return crushed_distension(x.rho[k], x.E[k], x.distension[k], mat)
 

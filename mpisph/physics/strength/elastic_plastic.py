@@ -1,9 +1,9 @@
 """Elastic, perfectly plastic (R7): constant shear modulus and yield strength."""
 
-from numba import njit
 from pydantic import model_validator
 
 from mpisph.core.jit import ENTRY
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import NonNegativePressure
 from mpisph.inputs.sourced import Sourced
 from mpisph.physics.models import Model
@@ -28,12 +28,12 @@ class ElasticPlastic(Sourced):
         return self
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _shear_modulus(x, k, mat):
     return mat.elastic_plastic.shear_modulus
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _flow_stress(x, k, mat, increment, dt):
     return mat.elastic_plastic.yield_strength, 0.0
 

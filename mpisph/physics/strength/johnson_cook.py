@@ -8,10 +8,10 @@ Johnson, Cook (1983), 7th Int. Symp. Ballistics, 541.
 import math
 from typing import Annotated
 
-from numba import njit
 from pydantic import Field, model_validator
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import (
     NonNegative,
     NonNegativePressure,
@@ -59,13 +59,13 @@ class JohnsonCook(Sourced):
         return self
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def homologous_temperature(T, T_ref, T_melt):
     """Return the share of the way from a reference to melting, within 0 and 1 (R14)."""
     return min(max((T - T_ref) / (T_melt - T_ref), 0.0), 1.0)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def johnson_cook(strain, rate, T, mat):
     """Return the yield stress [Pa], and its slopes with strain and with rate (R14).
 
@@ -94,12 +94,12 @@ def johnson_cook(strain, rate, T, mat):
     return Y * fast, slope * fast * thermal, Y * mat.C / rate
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _shear_modulus(x, k, mat):
     return mat.johnson_cook.shear_modulus
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _flow_stress(x, k, mat, increment, dt):
     rate = increment / dt if dt > 0.0 else 0.0
     Y, by_strain, by_rate = johnson_cook(

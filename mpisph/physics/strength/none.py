@@ -1,17 +1,16 @@
 """No strength: a fluid."""
 
-from numba import njit
-
 from mpisph.core.jit import ENTRY
+from mpisph.core.jitted import jitted
 from mpisph.physics.models import Model
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _shear_modulus(x, k, mat):
     return 0.0
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _flow_stress(x, k, mat, increment, dt):
     return 0.0, 0.0
 

@@ -7,10 +7,10 @@ Steinberg, Cochran, Guinan (1980), J. Appl. Phys. 51, 1498.
 
 from typing import Annotated
 
-from numba import njit
 from pydantic import Field, model_validator
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import (
     NonNegative,
     NonNegativeRatio,
@@ -59,14 +59,14 @@ class SteinbergGuinan(Sourced):
         return self
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def steinberg_modulus(eta, P, T, mat):
     """Return the shear modulus at rho/rho0, pressure and temperature (R15) [Pa]."""
     rise = mat.A * P / eta ** (1.0 / 3.0) - mat.B * (T - mat.reference_temperature)
     return max(mat.shear_modulus * (1.0 + rise), 0.0)
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def steinberg_yield(strain, G, mat):
     """Return the yield stress [Pa] and its slope with plastic strain (R15)."""
     share = G / mat.shear_modulus
@@ -77,13 +77,13 @@ def steinberg_yield(strain, G, mat):
     return share * Y, share * Y * mat.n * mat.beta / base
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _shear_modulus(x, k, mat):
     eta = x.distension[k] * x.rho[k] / mat.rho0
     return steinberg_modulus(eta, x.P[k], x.T[k], mat.steinberg_guinan)
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _flow_stress(x, k, mat, increment, dt):
     return steinberg_yield(
         x.plastic_strain[k] + increment, x.G[k], mat.steinberg_guinan

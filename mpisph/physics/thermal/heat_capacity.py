@@ -8,10 +8,10 @@ Steinberg, Cochran, Guinan (1980), J. Appl. Phys. 51, 1498: the melting temperat
 import math
 from typing import Annotated, ClassVar
 
-from numba import njit
 from pydantic import Field, model_validator
 
 from mpisph.core.jit import ENTRY, EXACT
+from mpisph.core.jitted import jitted
 from mpisph.inputs.quantities import (
     Fraction,
     HeatCapacity,
@@ -73,7 +73,7 @@ class HeatCapacityModel(Sourced):
         return (4.0 * self.heat_to_melting / self.span - self.heat_capacity) / 3.0
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def melting_temperature(eta, T_m0, gamma, slope):
     """Return the melting temperature at ``eta = rho/rho0`` (R13) [K].
 
@@ -85,7 +85,7 @@ def melting_temperature(eta, T_m0, gamma, slope):
     return T_m0 * math.exp(2.0 * slope * (1.0 - 1.0 / eta)) * eta**power
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def heating(q, cold, hot, span):
     """Return the rise in temperature by an energy q above the isentrope (R13) [K].
 
@@ -101,7 +101,7 @@ def heating(q, cold, hot, span):
     return 2.0 * q / (cold + math.sqrt(cold * cold + 2.0 * (hot - cold) * q / half))
 
 
-@njit(**EXACT)
+@jitted(**EXACT)
 def share_molten(T, T_m, heat_capacity, heat_of_fusion):
     """Return temperature and molten share of what had T without melting (R13)."""
     if T <= T_m:
@@ -112,7 +112,7 @@ def share_molten(T, T_m, heat_capacity, heat_of_fusion):
     return T - heat_of_fusion / heat_capacity, 1.0
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _temperature(x, k, mat):
     thermal = mat.heat_capacity
     eta = x.distension[k] * x.rho[k] / mat.rho0

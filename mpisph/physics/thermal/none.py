@@ -1,12 +1,11 @@
 """No temperature is known: it is zero, and nothing melts."""
 
-from numba import njit
-
 from mpisph.core.jit import ENTRY
+from mpisph.core.jitted import jitted
 from mpisph.physics.models import Model
 
 
-@njit(**ENTRY)
+@jitted(**ENTRY)
 def _temperature(x, k, mat):
     return 0.0, 0.0
 
