@@ -17,6 +17,7 @@ import pytest
 
 from mpisph.core.particles import Particles
 from mpisph.materials.model import TABLES
+from mpisph.parallel.decomposition import Level
 from mpisph.physics.artificial_stress import artificial_stress
 from mpisph.physics.kernel import XI_FAR
 from mpisph.physics.response import (
@@ -607,6 +608,21 @@ def share(comm, n, seed=3):
     owner = rng.integers(min(1, comm.size - 1), comm.size, n)
     ids = rng.permutation(n)
     return ids[owner[ids] == comm.rank]
+
+
+def cut_at(*edges, along_r=False):
+    """Return a cut at edges in ascending order, all in one direction."""
+    groups, cut = [(0, len(edges) + 1)], []
+    while len(groups) <= len(edges):
+        at, halves, below = [], [], []
+        for first, end in groups:
+            halves.append(len(below))
+            middle = (first + end) // 2
+            at.append(edges[middle - 1] if middle > first else np.inf)
+            below += [(first, middle), (middle, end)][middle == first :]
+        cut.append(Level(np.full(len(at), along_r), np.array(at), np.array(halves)))
+        groups = below
+    return tuple(cut)
 
 
 def agree(comm, problems):

@@ -17,8 +17,7 @@ from mpisph.case import Case
 from mpisph.case.discretise import discretise
 from mpisph.case.initial import read_initial
 from mpisph.core.particles import FloatArray, IntArray
-from mpisph.parallel.cost_model import CutMode, choose_columns, take_census
-from mpisph.parallel.decomposition import Cut, equal_work_cut, owners
+from mpisph.parallel.decomposition import Cut, CutMode, equal_work_cut, owners
 from mpisph.parallel.halo import NOTHING, boxes, hull, partners_of, reach, select
 from mpisph.parallel.load_balance import work_of
 from mpisph.solver.estimate import PAIR_TIME, PARTICLE_TIME, STEP_TIME
@@ -92,14 +91,14 @@ class Scaling(NamedTuple):
 
     Attributes
     ----------
-    slabs, columns : int
+    mode : {"auto", "z", "r"}
+        Direction of the cuts.
     counts : PartCounts
     efficiency : float
         Time of one part alone over the time of the slowest part, over their number.
     """
 
-    slabs: int
-    columns: int
+    mode: CutMode
     counts: PartCounts
     efficiency: float
 
@@ -141,15 +140,15 @@ def initial_layout(case: Case, neighbours: FloatArray | None = None) -> Particle
     return ParticleLayout(initial.r, initial.z, reach(initial.h, kappa), neighbours)
 
 
-def count_parts(layout: ParticleLayout, cut: Cut) -> PartCounts:
+def count_parts(layout: ParticleLayout, cut: Cut, parts: int) -> PartCounts:
     """Count what each part of a cut holds and receives, exactly.
 
     Parameters
     ----------
     layout : ParticleLayout
     cut : Cut
+    parts : int
     """
-    parts = cut.slabs * cut.columns
     owner = owners(cut, layout.r, layout.z)
     order = np.argsort(owner, kind="stable")
     own = np.bincount(owner, minlength=parts)
@@ -194,21 +193,19 @@ def predict_scaling(
     ----------
     layout : ParticleLayout
     parts : int
-    mode : {"auto", "z", "zr"}
+    mode : {"auto", "z", "r"}, optional
     costs : Costs, optional
     """
     alone = MPI.COMM_SELF
     r, z, half, neighbours = layout
     work = work_of(neighbours)
-    census = take_census(alone, r, z, half, work)
-    columns = choose_columns(census, mode, parts, current=0)
-    cut = equal_work_cut(alone, r, z, work, parts // columns, columns)
-    counts = count_parts(layout, cut)
+    cut = equal_work_cut(alone, r, z, half, work, parts, mode)
+    counts = count_parts(layout, cut, parts)
     costs = costs or Costs()
     slowest = float(step_times(counts, costs).max())
     pairs = costs.interaction * neighbours.sum()
     serial = pairs + costs.particle * r.size + costs.step
-    return Scaling(cut.slabs, cut.columns, counts, float(serial / (parts * slowest)))
+    return Scaling(mode, counts, float(serial / (parts * slowest)))
 
 
 def scaling_table(
@@ -230,7 +227,7 @@ def scaling_table(
         "| parts | cut | own particles | ghosts | messages | kB | efficiency |",
         "|---|---|---|---|---|---|---|",
     ]
-    modes: tuple[CutMode, ...] = ("z", "zr")
+    modes: tuple[CutMode, ...] = ("z", "auto")
     for number in parts:
         for mode in modes:
             found = predict_scaling(layout, number, mode, costs)
@@ -238,9 +235,12 @@ def scaling_table(
     return lines
 
 
+_WAYS = {"z": "along z", "r": "along r", "auto": "along z or r"}
+
+
 def _row(parts: int, found: Scaling) -> str:
     counts = found.counts
     columns = (counts.own, counts.ghosts, counts.messages, counts.bytes / 1e3)
     cells = [f"{column.max():.0f} ({column.mean():.0f})" for column in columns]
-    cut = f"{found.slabs} x {found.columns}"
-    return f"| {parts} | {cut} | {' | '.join(cells)} | {found.efficiency:.0%} |"
+    counted = " | ".join(cells)
+    return f"| {parts} | {_WAYS[found.mode]} | {counted} | {found.efficiency:.0%} |"

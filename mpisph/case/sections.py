@@ -259,7 +259,7 @@ class Limits(FrozenModel):
 class Parallel(FrozenModel):
     """How the particles are shared among the ranks."""
 
-    cut: Literal["auto", "z", "zr"] = "auto"
+    cut: Literal["auto", "z", "r"] = "auto"
     """Slabs along z alone, or divided along r as well; by default what is faster."""
     rebalance_every: Count = 5
     """Steps between two looks at the load."""

@@ -1,52 +1,60 @@
 """Cuts of the r-z domain into parts, one a rank, that hold equal work.
 
-The domain is cut into slabs along z, and each slab along r into the same number of
-columns. A particle belongs to the rank in whose part it was at the last migration.
+The domain is bisected along z or r, and each half again, until there are as many parts
+as ranks (orthogonal recursive bisection: Berger, Bokhari 1987, IEEE Trans. Comput. 36,
+570-580). A particle belongs to the rank in whose part it was at the last migration.
 Between migrations it may drift out: the halo follows the particles, not the edges.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Literal, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from mpi4py import MPI
 
 from mpisph.core.particles import FloatArray, IntArray
 
+CutMode = Literal["auto", "z", "r"]
+
 BINS = 16384
-"""Bins of the work histogram along z, and along r of all slabs together."""
+"""Bins of the work histogram of all groups together."""
 
 FEWEST_BINS = 512
-"""Bins along r of one slab at least."""
+"""Bins of one group at least."""
 
 OFFSET = 0.5 * (math.sqrt(5.0) - 1.0)
 """Where in its bin the first particle lies. Particles start in layers, and no layer of
 few should lie on a border, where rounding decides; an irrational share sees to it."""
 
+GHOST_WORK = 8.0
+"""Work of receiving and sorting a ghost, in units of a pair (100 ns)."""
 
-class Cut(NamedTuple):
-    """A cut of the domain; part ``slab * columns + column`` belongs to that rank.
+SWITCH_GAIN = 0.2
+"""Share of its cost that a cut in the other direction than before must save."""
+
+
+class Level(NamedTuple):
+    """Cuts of groups of parts into halves; arrays of shape (groups,).
 
     Attributes
     ----------
-    z_edges : ndarray, shape (slabs - 1,)
-        Inner edges of the slabs, ascending [m]. Slabs may be empty.
-    r_edges : ndarray, shape (slabs, columns - 1)
-        Inner edges of each slab's columns, ascending [m].
+    along_r : ndarray of bool
+        Whether a group is cut along r; else along z.
+    edges : ndarray
+        Where [m]; a particle on an edge lies above it. Infinite for a single part.
+    halves : ndarray of int64
+        Which group of the next level is the lower half; the upper one follows it.
     """
 
-    z_edges: FloatArray
-    r_edges: FloatArray
+    along_r: npt.NDArray[np.bool_]
+    edges: FloatArray
+    halves: IntArray
 
-    @property
-    def slabs(self) -> int:
-        """Number of slabs."""
-        return len(self.r_edges)
 
-    @property
-    def columns(self) -> int:
-        """Number of columns of a slab."""
-        return len(self.r_edges.T) + 1
+Cut = tuple[Level, ...]
+"""Levels from the whole domain down to parts, which belong to the ranks in order."""
 
 
 def owners(cut: Cut, r: FloatArray, z: FloatArray) -> IntArray:
@@ -58,11 +66,16 @@ def owners(cut: Cut, r: FloatArray, z: FloatArray) -> IntArray:
     r, z : ndarray, shape (n,)
         Positions [m].
     """
-    slab = np.searchsorted(cut.z_edges, z, side="right").astype(np.int64)
-    owner = slab * cut.columns
-    for edges in cut.r_edges.T:
-        owner += r >= edges[slab]
-    return owner
+    group = np.zeros(z.size, np.int64)
+    for level in cut:
+        group = _divided(level, group, r, z)
+    return group
+
+
+def _divided(level: Level, group: IntArray, r: FloatArray, z: FloatArray) -> IntArray:
+    """Return the halves in which particles of groups lie, as groups of the next."""
+    x = np.where(level.along_r[group], r, z)
+    return np.asarray(level.halves[group] + (x >= level.edges[group]))
 
 
 def part_work(comm: MPI.Intracomm, owner: IntArray, work: FloatArray) -> FloatArray:
@@ -76,60 +89,93 @@ def part_work(comm: MPI.Intracomm, owner: IntArray, work: FloatArray) -> FloatAr
     work : ndarray, shape (n,)
         Whole numbers.
     """
-    total = _histogram(owner, work, comm.size)
-    comm.Allreduce(MPI.IN_PLACE, total, MPI.SUM)
-    return total
+    return _sums(comm, owner, work, comm.size)
 
 
 def equal_work_cut(
-    comm: MPI.Intracomm, r: FloatArray, z: FloatArray, work: FloatArray,
-    slabs: int, columns: int,
+    comm: MPI.Intracomm, r: FloatArray, z: FloatArray, reach: FloatArray,
+    work: FloatArray, parts: int, mode: CutMode = "auto", current: Cut = (),
 ) -> Cut:  # fmt: skip
     """Return a cut into parts of equal work, the same on all ranks.
+
+    Each group is cut in that direction in which the cut costs less: ghosts, and work
+    that it cannot share out, for it never divides a layer of equal positions.
 
     Parameters
     ----------
     comm : MPI.Intracomm
     r, z : ndarray, shape (n,)
         Positions of the owned particles [m].
+    reach : ndarray, shape (n,)
+        How far each reaches (see `halo.reach`) [m].
     work : ndarray, shape (n,)
         Work of each, whole numbers: their sum has no rounding.
-    slabs, columns : int
+    parts : int
+    mode : {"auto", "z", "r"}, optional
+        Along either, or along one alone.
+    current : Cut, optional
+        Whose directions are kept unless the others save `SWITCH_GAIN`.
     """
-    everywhere = np.zeros(z.size, np.int64)
-    (z_edges,) = _equal_work_edges(comm, z, work, everywhere, (1, slabs), BINS)
-    slab = np.searchsorted(z_edges, z, side="right").astype(np.int64)
-    bins = max(BINS // slabs, FEWEST_BINS)
-    return Cut(z_edges, _equal_work_edges(comm, r, work, slab, (slabs, columns), bins))
+    group, cut = np.zeros(z.size, np.int64), []
+    for number, (below, size) in enumerate(_halvings(parts)):
+        edges, costs = np.empty((2, below.size)), np.empty((2, below.size))
+        for way, x in enumerate((z, r)):
+            edges[way], lost = _bisect(comm, x, work, group, below / size)
+            near = (np.abs(x - edges[way][group]) < 2.0 * reach).astype(np.float64)
+            ghosts = _sums(comm, group, near, below.size)
+            costs[way] = GHOST_WORK * ghosts + lost
+        if number < len(current):
+            kept = current[number].along_r.astype(np.int64)
+            costs[kept, np.arange(kept.size)] *= 1.0 - SWITCH_GAIN
+        if mode == "auto":
+            along_r = costs[1] < costs[0]
+        else:
+            along_r = np.full(below.size, mode == "r")
+        divided = below > 0
+        halves = np.concatenate([[0], np.cumsum(1 + divided)[:-1]])
+        chosen = np.where(along_r, edges[1], edges[0])
+        level = Level(along_r, np.where(divided, chosen, np.inf), halves)
+        group = _divided(level, group, r, z)
+        cut.append(level)
+    return tuple(cut)
 
 
-def _equal_work_edges(
+def _halvings(parts: int) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield, by levels, how many parts of each group lie below its cut, and in all."""
+    sizes = np.array([parts])
+    while sizes.max() > 1:
+        below = sizes // 2
+        yield below, sizes
+        halves = np.stack([below, sizes - below], axis=1).ravel()
+        sizes = halves[halves > 0]
+
+
+def _bisect(
     comm: MPI.Intracomm, x: FloatArray, work: FloatArray, group: IntArray,
-    shape: tuple[int, int], bins: int,
-) -> FloatArray:  # fmt: skip
-    """Return inner edges along `x` that share out the work of each group equally.
+    share: FloatArray,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Return where to cut groups along `x` so that a share of the work lies below.
 
     Parameters
     ----------
-    shape : tuple of int
-        Number of groups, and of parts of each.
+    share : ndarray, shape (groups,)
 
     Returns
     -------
-    ndarray, shape (groups, parts - 1)
+    edges : ndarray, shape (groups,)
+    lost : ndarray, shape (groups,)
+        Work by which the lower half misses its share.
     """
-    groups, parts = shape
-    if parts == 1:
-        return np.empty((groups, 0))
+    groups = share.size
+    bins = max(BINS // groups, FEWEST_BINS)
     low, high = extent(comm, x, group, groups)
     width = (high - low) / (bins - 1)
     low = low - OFFSET * width
     scaled = (x - low[group]) / np.where(width > 0.0, width, 1.0)[group]
     inside = np.minimum(scaled.astype(np.int64), bins - 1)
-    histogram = _histogram(group * bins + inside, work, groups * bins)
-    comm.Allreduce(MPI.IN_PLACE, histogram, MPI.SUM)
-    borders = np.array([equal_shares(h, parts) for h in histogram.reshape(groups, -1)])
-    return np.asarray(low[:, None] + width[:, None] * borders)
+    histogram = _sums(comm, group * bins + inside, work, groups * bins)
+    border, lost = nearest_border(histogram.reshape(groups, bins), share)
+    return low + width * border, lost
 
 
 def extent(
@@ -157,26 +203,36 @@ def extent(
     return -low, high
 
 
-def equal_shares(work: FloatArray, parts: int) -> IntArray:
-    """Return the borders between bins that come nearest to equal shares of the work.
+def nearest_border(work: FloatArray, share: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the borders between bins below which a share of the work lies, nearly.
 
     Parameters
     ----------
-    work : ndarray, shape (bins,)
-    parts : int
+    work : ndarray, shape (groups, bins)
+    share : ndarray, shape (groups,)
 
     Returns
     -------
-    ndarray of int64, shape (parts - 1,)
+    border : ndarray of int64, shape (groups,)
         Border `k` lies below bin `k`.
+    missed : ndarray, shape (groups,)
+        Work by which what lies below it differs from the share.
     """
-    below = np.concatenate([[0.0], np.cumsum(work)])
-    targets = below[-1] * np.arange(1, parts) / parts
-    after = np.searchsorted(below, targets)
-    nearer_before = targets - below[after - 1] < below[after] - targets
-    return np.asarray(after - nearer_before)
+    below = np.pad(work.cumsum(axis=1), ((0, 0), (1, 0)))
+    target = below[:, -1] * share
+    after = (below < target[:, None]).sum(axis=1)
+    near = np.stack([np.maximum(after - 1, 0), after])
+    missed = np.abs(np.take_along_axis(below, near.T, axis=1).T - target)
+    nearest = missed.argmin(axis=0)
+    group = np.arange(target.size)
+    return near[nearest, group], missed[nearest, group]
 
 
-def _histogram(bins: IntArray, weights: FloatArray, size: int) -> FloatArray:
+def _sums(
+    comm: MPI.Intracomm, group: IntArray, weights: FloatArray, groups: int
+) -> FloatArray:
+    """Return the sum of each group over all ranks."""
     # Of an empty rank bincount returns integers, whatever the weights.
-    return np.bincount(bins, weights=weights, minlength=size).astype(np.float64)
+    sums = np.bincount(group, weights=weights, minlength=groups).astype(np.float64)
+    comm.Allreduce(MPI.IN_PLACE, sums, MPI.SUM)
+    return sums

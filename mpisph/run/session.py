@@ -349,7 +349,7 @@ class _Session:
         begin = time.perf_counter()
         form = case.scheme.pair_form
         if not is_compiled(form):
-            self.say("compiling, once for this version: some 40 s")
+            self.say("compiling, once for this version: some 20 s")
         warm_up(self.comm, [form])
         log.say(f"compiled code at hand after {time.perf_counter() - begin:.2f} s")
 

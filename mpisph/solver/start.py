@@ -13,8 +13,7 @@ from mpisph.core.memory import keep_freed_memory
 from mpisph.core.particles import INITIAL, Particles
 from mpisph.diagnostics.series import Scales
 from mpisph.parallel.collectives import caught, on_root, raise_together
-from mpisph.parallel.cost_model import fastest_cut
-from mpisph.parallel.decomposition import Cut, owners, part_work
+from mpisph.parallel.decomposition import Cut, equal_work_cut, owners, part_work
 from mpisph.parallel.halo import reach
 from mpisph.parallel.load_balance import PairCost, work_of
 from mpisph.parallel.migration import migrate
@@ -182,7 +181,7 @@ def restore(
     p = particles.take(~left)
     half = reach(p.h, case.scheme.kappa)
     work = np.rint(work_of(p.neighbours))
-    cut = fastest_cut(comm, p.r, p.z, half, work, mode=case.parallel.cut)
+    cut = equal_work_cut(comm, p.r, p.z, half, work, comm.size, case.parallel.cut)
     mine = migrate(comm, p, cut)
     sim = make_simulation(case, comm, mine, n_total, cut, scales)
     if left.any():
@@ -194,7 +193,9 @@ def _first_cut(case: Case, comm: MPI.Intracomm, share: InitialParticles) -> Cut:
     """Return a cut into parts of equally many particles."""
     half = reach(share.h, case.scheme.kappa)
     equal = np.ones(share.id.size)
-    return fastest_cut(comm, share.r, share.z, half, equal, mode=case.parallel.cut)
+    return equal_work_cut(
+        comm, share.r, share.z, half, equal, comm.size, case.parallel.cut
+    )
 
 
 def _share_out(comm: MPI.Intracomm, share: InitialParticles, cut: Cut) -> Particles:

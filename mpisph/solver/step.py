@@ -17,8 +17,7 @@ import numpy as np
 
 from mpisph.core.particles import FloatArray, Particles
 from mpisph.diagnostics.series import local_parts
-from mpisph.parallel.cost_model import fastest_cut
-from mpisph.parallel.decomposition import Cut, owners, part_work
+from mpisph.parallel.decomposition import Cut, equal_work_cut, owners, part_work
 from mpisph.parallel.halo import boxes, exchange_halo, reach
 from mpisph.parallel.load_balance import imbalance, work_of
 from mpisph.parallel.migration import migrate
@@ -122,13 +121,11 @@ def _better_cut(sim: Simulation, work: FloatArray) -> Cut:
     # Whole numbers: their sums over ranks have no rounding.
     mine = np.rint(sim.relative_pair_cost * work_of(p.neighbours))
     half = reach(p.h, sim.scheme.kappa)
-    new = fastest_cut(
-        sim.comm, p.r, p.z, half, mine,
-        mode=sim.case.parallel.cut, current=old.columns,
-    )  # fmt: skip
+    new = equal_work_cut(
+        sim.comm, p.r, p.z, half, mine, sim.comm.size, sim.case.parallel.cut, old
+    )
     after = part_work(sim.comm, owners(new, p.r, p.z), mine)
-    saves = after.max() < (1.0 - MOVE_GAIN) * work.max()
-    return new if saves or new.columns != old.columns else old
+    return new if after.max() < (1.0 - MOVE_GAIN) * work.max() else old
 
 
 def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:

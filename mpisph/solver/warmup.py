@@ -1,9 +1,10 @@
 """Compile what a run calls once, and let all ranks load the result.
 
-Ranks that compile at the same time can spoil Numba's disk cache, and would each spend
-the same half minute. So rank 0 goes first, then one rank of each node (whose cache may
-be its own), then the others. Where all that a run calls has been compiled before, there
-is nothing to do: each function is loaded when it is first called.
+Ranks that compile the same at the same time can spoil Numba's disk cache. So the ranks
+of rank 0's node go first, then those of other nodes (whose cache may be their own). On
+a node they share what takes longest, one of them compiles the rest, and the others load
+the result. Where all that a run calls has been compiled before, there is nothing to do:
+each function is loaded when it is first called.
 """
 
 import gc
@@ -16,9 +17,19 @@ from mpi4py import MPI
 from mpisph.case import case_from_dict
 from mpisph.case.sections import PAIR_FORMS
 from mpisph.core.jit import is_compiled, mark_compiled, prune_cache
+from mpisph.core.particles import Particles
+from mpisph.diagnostics.condition import measure_condition
 from mpisph.diagnostics.probes import note_peaks, read_probes
+from mpisph.diagnostics.series import Scales, local_parts
+from mpisph.physics.isentrope import fill_isentrope
+from mpisph.physics.response import OF_VALUES, respond_rows
+from mpisph.solver.setup import make_simulation
 from mpisph.solver.start import start
+from mpisph.solver.state import Simulation
 from mpisph.solver.step import advance, rebalance, reduce_state
+from mpisph.sph.pair_records import RECORD_FIELDS
+from mpisph.sph.rates import update_rates
+from mpisph.sph.sources import AHEAD, EXCHANGED, ROW, sort_fields
 
 TINY = {
     "title": "two plates, to compile with",
@@ -55,17 +66,57 @@ def warm_up(comm: MPI.Intracomm, forms: Collection[str] = PAIR_FORMS) -> None:
     if not missing:
         return
     node = comm.Split_type(MPI.COMM_TYPE_SHARED, key=comm.rank)
-    turn = 0 if comm.rank == 0 else 1 if node.rank == 0 else 2
-    node.Free()
-    for now in range(3):
+    turn = 0 if node.bcast(comm.rank) == 0 else 1
+    for now in range(2):
         if now == turn:
             for form in missing:
-                with rarely_collected():
-                    run_tiny_case(form)
+                _compile(form, node)
                 mark_compiled(form)
         comm.Barrier()
+    node.Free()
     if comm.rank == 0:
         prune_cache()
+
+
+def _compile(form: str, node: MPI.Comm) -> None:
+    """Compile all that a run with a pair form calls; collective over a node."""
+    with rarely_collected():
+        for part in PARTS[node.rank :: node.size]:
+            part(_empty_simulation(form))
+        node.Barrier()
+        for turn in (True, False):
+            if turn == (node.rank == 0):
+                run_tiny_case(form)
+            node.Barrier()
+
+
+def _compile_response(sim: Simulation) -> None:
+    p = sim.particles
+    respond_rows(p.id, p.material, p.values, OF_VALUES, sim.table, 0.0, 0.0)
+
+
+def _compile_reduction(sim: Simulation) -> None:
+    reduce_state(sim)
+
+
+def _compile_rates(sim: Simulation) -> None:
+    ahead, records = np.zeros((len(AHEAD), 0)), np.zeros((0, RECORD_FIELDS))
+    fields = ahead[: len(EXCHANGED)]
+    update_rates(
+        fields, sort_fields(fields, sim.lattice), sim.lattice, sim.table, sim.scheme,
+        ahead[ROW.G], sim.particles, records,
+    )  # fmt: skip
+
+
+PARTS = (_compile_response, _compile_rates, _compile_reduction)
+"""What takes longest to compile; on two ranks one makes the first and the last."""
+
+
+def _empty_simulation(form: str) -> Simulation:
+    """Return a simulation without particles on this rank alone."""
+    case = case_from_dict({**TINY, "scheme": {"pair_form": form}})
+    nothing, whole = Particles.zeros(0), ()
+    return make_simulation(case, MPI.COMM_SELF, nothing, 0, whole, Scales(1.0, 1.0))
 
 
 @contextmanager
@@ -83,16 +134,16 @@ def rarely_collected() -> Iterator[None]:
 
 
 def run_tiny_case(form: str) -> None:
-    """Make two steps of a tiny case on this rank alone, and read its probes."""
+    """Make two steps of a tiny case on this rank alone, and measure its matter."""
     case = case_from_dict({**TINY, "scheme": {"pair_form": form}})
     sim = start(case, MPI.COMM_SELF)
     for _ in range(2):
         found = reduce_state(sim)
         advance(sim, 1e-10, found.rank_boxes)
         rebalance(sim, found.work)
-    peaks = np.zeros(len(case.bodies))
-    note_peaks(sim.particles, peaks)
-    read_probes(
-        sim.comm, [sim.particles], peaks, (), {}, sim.scales, sim.scheme.kappa,
-        sim.planes,
-    )  # fmt: skip
+    p, peaks = sim.particles, np.zeros(len(case.bodies))
+    note_peaks(p, peaks)
+    read_probes(sim.comm, [p], peaks, (), {}, sim.scales, sim.scheme.kappa, sim.planes)
+    local_parts(p, sim.cloud, sim.sum_bounds)
+    measure_condition(sim.comm, p, len(case.bodies), sim.scales)
+    fill_isentrope(sim.table[0], 300.0)

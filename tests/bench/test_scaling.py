@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from launch import CASES
 from mpi4py import MPI
-from oracles import agree, approx
+from oracles import agree, approx, cut_at
 
 from mpisph.bench.scaling import (
     GHOST_BYTES,
@@ -32,8 +32,8 @@ COARSE = load_case(SHOT, ("resolution.npr=6",))
 def brute_force(layout, cut):
     """Count by comparing every particle with the union of every part's boxes."""
     r, z, half, _ = layout
-    parts = cut.slabs * cut.columns
     owner = owners(cut, r, z)
+    parts = owner.max() + 1
     hulls = []
     for part in range(parts):
         sides = []
@@ -54,26 +54,28 @@ def brute_force(layout, cut):
     return owner, ghosts, messages
 
 
-@pytest.mark.parametrize(("slabs", "columns"), [(1, 1), (5, 1), (1, 4), (3, 2)])
-def test_counts_agree_with_brute_force(slabs, columns):
+@pytest.mark.parametrize(
+    ("parts", "mode"), [(1, "auto"), (5, "z"), (4, "r"), (6, "auto")]
+)
+def test_counts_agree_with_brute_force(parts, mode):
     layout = initial_layout(COARSE)
     layout.neighbours[:] = np.arange(layout.r.size) % 7
     work = work_of(layout.neighbours)
-    cut = equal_work_cut(MPI.COMM_SELF, layout.r, layout.z, work, slabs, columns)
-    counts = count_parts(layout, cut)
+    r, z, half, _ = layout
+    cut = equal_work_cut(MPI.COMM_SELF, r, z, half, work, parts, mode)
+    counts = count_parts(layout, cut, parts)
     owner, ghosts, messages = brute_force(layout, cut)
-    parts = range(slabs * columns)
-    assert counts.own.tolist() == [(owner == k).sum() for k in parts]
-    pairs = [layout.neighbours[owner == k].sum() for k in parts]
+    assert counts.own.tolist() == [(owner == k).sum() for k in range(parts)]
+    pairs = [layout.neighbours[owner == k].sum() for k in range(parts)]
     assert counts.interactions.tolist() == pairs
     assert counts.ghosts.tolist() == ghosts.tolist()
     assert counts.messages.tolist() == messages.tolist()
     assert counts.bytes.tolist() == (8 * len(EXCHANGED) * ghosts).tolist()
-    assert len(parts) == 1 or ghosts.min() > 0
+    assert parts == 1 or ghosts.min() > 0
 
 
 @pytest.mark.mpi(min_size=1)
-@pytest.mark.parametrize("cut", ["z", "zr"])
+@pytest.mark.parametrize("cut", ["z", "r", "auto"])
 def test_counts_are_those_of_a_run(cut):
     """Ghosts and messages of the two exchanges that a simulation starts with."""
     comm = MPI.COMM_WORLD
@@ -81,11 +83,9 @@ def test_counts_are_those_of_a_run(cut):
     sim = start(load_case(SHOT, settings), comm)
     first = initial_layout(COARSE)
     # The first cut shares out particles, all taken as equal.
-    uniform = np.ones(first.r.size)
-    shape = (sim.cut.slabs, sim.cut.columns)
-    counts = count_parts(
-        first, equal_work_cut(MPI.COMM_SELF, first.r, first.z, uniform, *shape)
-    )
+    r, z, half, _ = first
+    shares = equal_work_cut(MPI.COMM_SELF, r, z, half, np.ones(r.size), comm.size, cut)
+    counts = count_parts(first, shares, comm.size)
     sent = comm.allreduce(sim.halo.traffic.ghosts)
     problems = [] if sent == 2 * counts.ghosts.sum() else [sent, counts.ghosts]
     if sim.halo.traffic.messages != 2 * counts.messages[comm.rank]:
@@ -95,10 +95,9 @@ def test_counts_are_those_of_a_run(cut):
 
 def test_empty_parts_exchange_nothing():
     layout = initial_layout(COARSE)
-    cut = equal_work_cut(
-        MPI.COMM_SELF, layout.r, np.zeros_like(layout.z), layout.neighbours, 3, 1
-    )
-    counts = count_parts(layout._replace(z=np.zeros_like(layout.z)), cut)
+    flat = layout._replace(z=np.zeros_like(layout.z))
+    cut = cut_at(-1.0, 1.0)
+    counts = count_parts(flat, cut, 3)
     assert sorted(counts.own.tolist()) == [0, 0, layout.r.size]
     assert counts.ghosts.sum() == counts.messages.sum() == 0
 
@@ -119,7 +118,7 @@ def test_step_times():
     ]
 
 
-@pytest.mark.parametrize("mode", ["z", "zr"])
+@pytest.mark.parametrize("mode", ["z", "auto"])
 def test_efficiency_is_that_of_the_slowest_part(mode):
     layout = initial_layout(COARSE)
     found = predict_scaling(layout, 4, mode)
@@ -131,7 +130,7 @@ def test_efficiency_is_that_of_the_slowest_part(mode):
     slowest = step_times(found.counts, costs).max()
     assert found.efficiency == approx(serial / (4 * slowest), rel=1e-12)
     assert alone.efficiency == approx(1.0, rel=1e-12)
-    assert (found.columns > 1) == (mode == "zr")
+    assert found.mode == mode
 
 
 def test_initial_layout_is_that_of_the_case():
@@ -157,10 +156,13 @@ def test_scaling_table_has_a_row_a_cut():
     lines = scaling_table(initial_layout(COARSE), (2, 4))
     assert len({line.count("|") for line in lines}) == 1
     starts = [line.split("|")[1:3] for line in lines[2:]]
-    assert starts == [
-        [" 2 ", " 2 x 1 "],
-        [" 2 ", " 1 x 2 "],
-        [" 4 ", " 4 x 1 "],
-        starts[3],
-    ]
-    assert starts[3] in ([" 4 ", " 2 x 2 "], [" 4 ", " 1 x 4 "])
+    ways = [" along z ", " along z or r "]
+    assert starts == [[f" {parts} ", way] for parts in (2, 4) for way in ways]
+
+
+def test_parts_in_both_directions_receive_fewer_ghosts():
+    layout = initial_layout(load_case(SHOT, ("resolution.npr=50",)))
+    found = {mode: predict_scaling(layout, 16, mode) for mode in ("z", "r", "auto")}
+    most = {mode: each.counts.ghosts.max() for mode, each in found.items()}
+    assert most["auto"] < 0.6 * min(most["z"], most["r"])
+    assert found["auto"].efficiency > max(found[m].efficiency for m in ("z", "r"))

@@ -3,89 +3,69 @@
 import numpy as np
 import pytest
 from mpi4py import MPI
-from oracles import agree
+from oracles import agree, cut_at
 
 from mpisph.parallel.decomposition import (
-    BINS,
-    Cut,
-    equal_shares,
+    FEWEST_BINS,
+    SWITCH_GAIN,
+    Level,
     equal_work_cut,
     extent,
+    nearest_border,
     owners,
     part_work,
 )
-from mpisph.parallel.load_balance import (
-    work_of,
-)
+from mpisph.parallel.load_balance import work_of
+
+ALONE = MPI.COMM_SELF
 
 
-def slabs_only(*edges):
-    return Cut(np.array(edges), np.empty((len(edges) + 1, 0)))
+def test_owners_of_slabs_and_of_columns():
+    """A particle on an edge lies above it; a part may be empty."""
+    x = np.array([-9.0, -1.0, 0.0, 1.9, 2.0, 7.0])
+    other = np.linspace(0.0, 1.0, 6)
+    edges = (-1.0, 2.0, 2.0)
+    assert owners(cut_at(*edges), other, x).tolist() == [0, 1, 1, 1, 3, 3]
+    assert owners(cut_at(*edges, along_r=True), x, other).tolist() == [0, 1, 1, 1, 3, 3]
+    assert owners((), other, x).tolist() == [0] * 6
+    assert owners(cut_at(*edges), other[:0], x[:0]).dtype == np.int64
 
 
-def test_owners_of_slabs():
-    cut = slabs_only(-1.0, 2.0, 2.0)
-    z = np.array([-9.0, -1.0, 0.0, 1.9, 2.0, 7.0])
-    r = np.linspace(0.0, 1.0, 6)
-    assert owners(cut, r, z).tolist() == [0, 1, 1, 1, 3, 3]
-    assert owners(slabs_only(), r, z).tolist() == [0] * 6
-    assert owners(cut, r[:0], z[:0]).dtype == np.int64
-    assert (cut.slabs, cut.columns) == (4, 1)
+def test_owners_of_halves_in_both_directions():
+    """Three parts: below z = 0 one, above it two that meet at r = 5."""
+    cut = (
+        Level(np.array([False]), np.array([0.0]), np.array([0])),
+        Level(np.array([False, True]), np.array([np.inf, 5.0]), np.array([0, 1])),
+    )
+    r, z = np.array([[0.0, 9.0, 4.9, 5.0, 9.0], [-1.0, -1e9, 0.0, 3.0, 3.0]])
+    assert owners(cut, r, z).tolist() == [0, 0, 1, 2, 2]
 
 
-def test_owners_of_slabs_and_columns():
-    """Each slab has columns of its own; a particle on an edge lies above it."""
-    cut = Cut(np.array([0.0]), np.array([[1.0, 2.0], [5.0, 5.0]]))
-    z = np.array([-1.0, -1.0, -1.0, -1.0, 0.0, 3.0, 3.0])
-    r = np.array([0.0, 1.0, 1.9, 2.0, 4.9, 5.0, 9.0])
-    assert owners(cut, r, z).tolist() == [0, 1, 1, 2, 3, 5, 5]
-    assert (cut.slabs, cut.columns) == (2, 3)
+def test_the_border_is_that_nearest_to_the_share():
+    work = np.array([[9.0, 20.0, 11.0], [11.0, 20.0, 9.0], [1.0, 1.0, 1.0]])
+    border, missed = nearest_border(work, np.array([0.5, 0.5, 1 / 3]))
+    assert border.tolist() == [2, 1, 1]
+    assert missed.tolist() == [9.0, 9.0, 0.0]
+    border, missed = nearest_border(np.zeros((2, 3)), np.array([0.5, 0.0]))
+    assert border.tolist() == [0, 0]
+    assert missed.tolist() == [0.0, 0.0]
 
 
-def test_owners_agree_with_brute_force():
-    rng = np.random.default_rng(4)
-    cut = Cut(np.sort(rng.uniform(0, 1, 3)), np.sort(rng.uniform(0, 1, (4, 4))))
-    r, z = rng.uniform(0, 1, (2, 500))
-    want = [
-        sum(e <= b for e in cut.z_edges) * 5
-        + sum(e <= a for e in cut.r_edges[sum(e <= b for e in cut.z_edges)])
-        for a, b in zip(r, z, strict=True)
-    ]
-    got = owners(cut, r, z)
-    assert got.tolist() == want
-    assert len(set(want)) > 12
-
-
-def test_equal_shares_lie_at_the_nearer_border_of_a_bin():
-    assert equal_shares(np.array([9.0, 20.0, 11.0]), 2).tolist() == [2]
-    assert equal_shares(np.array([11.0, 20.0, 9.0]), 2).tolist() == [1]
-    assert equal_shares(np.ones(6), 3).tolist() == [2, 4]
-    assert equal_shares(np.ones(6), 1).tolist() == []
-    assert equal_shares(np.zeros(6), 3).tolist() == [0, 0]
-
-
-SHAPES = {
-    # slabs of as many ranks
-    "z": lambda size: (size, 1),
-    "r": lambda size: (1, size),
-    "zr": lambda size: (3, size),  # more parts than ranks: a cut is data
-}
-
-
-EVERY_SHAPE = pytest.mark.parametrize("shape", SHAPES.values(), ids=list(SHAPES))
+EVERY_MODE = pytest.mark.parametrize("mode", ["auto", "z", "r"])
 
 
 def distributions():
-    """Return r, z and work of all particles: even, clustered, with far strays."""
+    """Return r, z, reach, work of all particles: even, clustered, with far strays."""
     rng = np.random.default_rng(1)
     n = 6000
     even = rng.uniform(-3e-3, 5e-3, n)
     clustered = np.concatenate([rng.normal(0.0, 1e-4, n // 2), rng.uniform(0, 0.1, n)])
     strays = np.concatenate([even, [-0.5, 0.9]])
     for z in (even, clustered, strays):
-        # Cells of a size that follows z, so that each slab has columns of its own.
+        # Of a size that follows z, so that halves differ.
         r = (1.0 + 50.0 * np.abs(z)) * rng.uniform(0.0, 5e-3, z.size)
-        yield r, z, work_of(rng.integers(0, 120, z.size).astype(float))
+        work = work_of(rng.integers(0, 120, z.size).astype(float))
+        yield r, z, np.full(z.size, 1e-4), work
 
 
 def share(comm, n):
@@ -94,39 +74,80 @@ def share(comm, n):
     return owner == comm.rank
 
 
-def misplaced(x, work, edges, bins):
-    """Return what is wrong with edges that should share out the work equally."""
-    problems = [] if (np.diff(edges) >= 0.0).all() else [f"not ascending: {edges}"]
-    width = np.ptp(x) / (bins - 1)
-    for k, edge in enumerate(edges):
-        below = work[x < edge].sum()
-        target = work.sum() * (k + 1) / (edges.size + 1)
-        bin_work = work[np.abs(x - edge) <= width * (1.0 + 1e-9)].sum()
-        if abs(below - target) > bin_work:
-            problems.append(f"work below {edge}: {below}, meant {target}")
-    return problems
+def cut_of(comm, particles, mine, parts, mode="auto", current=()):
+    return equal_work_cut(comm, *(x[mine] for x in particles), parts, mode, current)
 
 
 @pytest.mark.mpi(min_size=1)
-@EVERY_SHAPE
-def test_parts_have_equal_work_within_a_bin(shape):
+@EVERY_MODE
+@pytest.mark.parametrize("parts", [1, 2, 3, 7, 16])
+def test_parts_have_equal_work_within_a_bin_a_level(mode, parts):
+    """The same on all ranks, whoever owns what; more parts than ranks are no matter."""
     comm = MPI.COMM_WORLD
-    slabs, columns = shape(comm.size)
     problems = []
-    for r, z, work in distributions():
-        mine = share(comm, z.size)
-        cut = equal_work_cut(comm, r[mine], z[mine], work[mine], slabs, columns)
-        flat = np.concatenate([cut.z_edges, cut.r_edges.ravel()])
-        if not all(np.array_equal(flat, other) for other in comm.allgather(flat)):
+    for particles in distributions():
+        r, z, _, work = particles
+        ways = (share(comm, z.size), slice(comm.rank, None, comm.size))
+        cut, again = (cut_of(comm, particles, mine, parts, mode) for mine in ways)
+        bytes_of = [[x.tobytes() for level in c for x in level] for c in (cut, again)]
+        if bytes_of[0] != bytes_of[1] or len(set(map(str, comm.allgather(cut)))) > 1:
             problems.append(f"ranks disagree: {cut}")
-        if (cut.slabs, cut.columns) != (slabs, columns):
-            problems.append(f"{cut.slabs} x {cut.columns}")
-        problems += misplaced(z, work, cut.z_edges, BINS)
-        slab = np.searchsorted(cut.z_edges, z, side="right")
-        for k, edges in enumerate(cut.r_edges):
-            inside = slab == k
-            problems += misplaced(r[inside], work[inside], edges, BINS // slabs)
+        owner = owners(cut, r, z)
+        found = np.bincount(owner, weights=work, minlength=parts)
+        # A bin of a group holds some particles where they lie close together.
+        bin_work = 2.0 * max(work.sum() / FEWEST_BINS, work.max())
+        if (
+            found.size != parts
+            or np.abs(found - work.sum() / parts).max() > 12 * bin_work
+        ):
+            problems.append(f"work of parts {found}")
+        along = np.concatenate([level.along_r for level in cut] or [np.zeros(0)])
+        if mode != "auto" and not (along == (mode == "r")).all():
+            problems.append(f"cuts along r: {along}")
+        if mode == "z" and (np.diff(owner[np.argsort(z, kind="stable")]) < 0).any():
+            problems.append("parts are not in the order of z")
     agree(comm, problems)
+
+
+def test_a_rod_gets_slabs_a_thin_plate_columns_and_a_square_both():
+    def directions(nz, nr):
+        z, r = (1e-4 * (x.ravel() + 0.5) for x in np.mgrid[:nz, :nr])
+        reach, work = np.full(z.size, 3e-4), np.full(z.size, 100.0)
+        cut = equal_work_cut(ALONE, r, z, reach, work, 16)
+        counts = np.bincount(owners(cut, r, z), minlength=16)
+        assert np.ptp(counts) <= 2 * max(nz, nr) // 4
+        return {bool(x) for level in cut for x in level.along_r}
+
+    assert directions(1000, 8) == {False}
+    assert directions(8, 1000) == {True}
+    assert directions(140, 140) == {False, True}
+
+
+def test_a_cut_costs_ghosts_and_work_that_is_not_shared_out():
+    """A slice of one layer cannot be cut across it, though fewer would be ghosts."""
+    r = np.arange(40) * 1e-4
+    particles = r, np.zeros(40), np.full(40, 1.0), np.full(40, 100.0)
+    (level,) = cut_of(ALONE, particles, slice(None), 2)
+    assert level.along_r.tolist() == [True]
+    assert np.bincount(owners((level,), *particles[:2])).tolist() == [20, 20]
+
+
+def test_a_direction_is_kept_unless_the_other_saves_enough():
+    def square(nz, nr):
+        z, r = (1e-4 * (x.ravel() + 0.5) for x in np.mgrid[:nz, :nr])
+        return r, z, np.full(z.size, 2e-4), np.full(z.size, 100.0)
+
+    def chosen(particles, current=()):
+        (level,) = cut_of(ALONE, particles, slice(None), 2, current=current)
+        return "r" if level.along_r[0] else "z"
+
+    along_z, along_r = cut_at(0.0), cut_at(0.0, along_r=True)
+    wide, long = square(100, 110), square(110, 100)
+    assert (chosen(wide), chosen(long)) == ("r", "z")
+    assert (chosen(wide, along_z), chosen(long, along_r)) == ("z", "r")
+    much = 2 * round(50 / (1.0 - SWITCH_GAIN)) + 10
+    assert chosen(square(100, much), along_z) == "r"
+    assert chosen(square(much, 100), along_r) == "z"
 
 
 @pytest.mark.parametrize("layers", [5, 17, 44, 130])
@@ -135,45 +156,30 @@ def test_layers_of_a_lattice_are_shared_out_whole(layers, spacing):
     """Rounding must not carry a layer across a border, wherever the borders lie."""
     z = np.repeat(-0.3 + spacing * (0.5 + np.arange(layers)), 10)
     r = np.tile(np.arange(10.0), layers)
-    work = np.ones(z.size)
-    for cut, owner_at in (
-        (equal_work_cut(MPI.COMM_SELF, r, z, work, 4, 1), (r, z)),
-        (equal_work_cut(MPI.COMM_SELF, z, r, work, 1, 4), (z, r)),
-    ):
-        counts = np.bincount(owners(cut, *owner_at), minlength=4)
-        # The border nearest to a quarter is at most half a layer from it.
-        below = np.abs(np.cumsum(counts)[:3] - z.size * np.arange(1, 4) / 4)
-        assert below.max() <= 5.0
+    reach = work = np.ones(z.size)
+    for mode, place in (("z", (r, z)), ("r", (z, r))):
+        cut = equal_work_cut(ALONE, *place, reach, work, 4, mode)
+        counts = np.bincount(owners(cut, *place), minlength=4)
+        # Half a layer from the nearest border at each of two levels.
+        assert np.abs(np.cumsum(counts)[1] - z.size / 2) <= 5.0
+        assert np.abs(counts - z.size / 4).max() <= 10.0
+        assert (counts % 10 == 0).all()
 
 
 @pytest.mark.mpi(min_size=1)
-@EVERY_SHAPE
-def test_the_cut_does_not_depend_on_who_owns_what(shape):
+@EVERY_MODE
+def test_particles_in_one_place_and_none_at_all(mode):
     comm = MPI.COMM_WORLD
-    r, z, work = next(distributions())
-    ways = (share(comm, z.size), slice(comm.rank, None, comm.size))
-    cuts = [equal_work_cut(comm, r[m], z[m], work[m], *shape(comm.size)) for m in ways]
-    same = all(np.array_equal(a, b) for a, b in zip(*cuts, strict=True))
-    agree(comm, [] if same else cuts)
-
-
-@pytest.mark.mpi(min_size=1)
-@EVERY_SHAPE
-def test_particles_in_one_place_and_none_at_all(shape):
-    comm = MPI.COMM_WORLD
-    slabs, columns = shape(comm.size)
     place = np.full(5, 0.25)
-    cut = equal_work_cut(comm, place, place, np.ones(5), slabs, columns)
-    nothing = equal_work_cut(comm, place[:0], place[:0], place[:0], slabs, columns)
     problems = []
-    if len(set(owners(cut, place, place).tolist())) != 1:
-        problems.append("one place, several owners")
-    for found in (cut, nothing):
-        sizes = (found.z_edges.size, found.r_edges.shape)
-        if sizes != (slabs - 1, (slabs, columns - 1)):
-            problems.append(found)
-        if not all(np.isfinite(edges).all() for edges in found):
-            problems.append(found)
+    for some in (place, place[:0]):
+        cut = equal_work_cut(comm, some, some, some, np.ones(some.size), 5, mode)
+        if len(set(owners(cut, some, some).tolist())) > 1:
+            problems.append("one place, several owners")
+        if [level.edges.size for level in cut] != [1, 2, 4]:
+            problems.append(cut)
+        if any(np.isnan(level.edges).any() for level in cut):
+            problems.append(cut)
     agree(comm, problems)
 
 
@@ -190,7 +196,7 @@ def test_extent_of_groups():
 @pytest.mark.mpi(min_size=1)
 def test_part_work_is_that_of_all_ranks():
     comm = MPI.COMM_WORLD
-    _, z, work = next(distributions())
+    _, z, _, work = next(distributions())
     owner = np.random.default_rng(3).integers(0, comm.size, z.size)
     mine = share(comm, z.size)
     got = part_work(comm, owner[mine], work[mine])

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from mpi4py import MPI
-from oracles import agree, bits
+from oracles import agree, bits, cut_at
 
 from mpisph.core.particles import Particles
-from mpisph.parallel.decomposition import Cut, owners
+from mpisph.parallel.decomposition import owners
 from mpisph.parallel.migration import migrate
 
 
@@ -29,33 +29,29 @@ def table(p):
 
 
 def even(size):
-    return Cut(np.linspace(-1.5, 1.5, size + 1)[1:-1], np.empty((size, 0)))
+    return np.linspace(-1.5, 1.5, size + 1)[1:-1]
 
 
-def at(z):
-    return lambda size: Cut(np.full(size - 1, z), np.empty((size, 0)))
-
-
-CUTS = {
+EDGES = {
     "even": even,
-    "columns": lambda size: Cut(np.empty(0), np.linspace(-1, 1, size + 1)[None, 1:-1]),
-    "empty slabs": at(0.3),
-    "all to the first": at(99.0),
-    "all to the last": at(-99.0),
+    "columns": lambda size: np.linspace(-1, 1, size + 1)[1:-1],
+    "empty slabs": lambda size: np.full(size - 1, 0.3),
+    "all to the first": lambda size: np.full(size - 1, 99.0),
+    "all to the last": lambda size: np.full(size - 1, -99.0),
 }
 
 
 @pytest.mark.mpi(min_size=1)
-@pytest.mark.parametrize("name", CUTS)
+@pytest.mark.parametrize("name", EDGES)
 def test_migration_keeps_every_bit_and_gives_each_part_its_own(name):
     comm = MPI.COMM_WORLD
     p = everyone()
-    cut = CUTS[name](comm.size)
+    edges = EDGES[name](comm.size)
+    cut = cut_at(*edges, along_r=name == "columns")
     dealt = np.random.default_rng(2).integers(0, comm.size, p.n)
     got = migrate(comm, p.take(dealt == comm.rank), cut)
 
     x = p.r if name == "columns" else p.z
-    edges = cut.r_edges[0] if name == "columns" else cut.z_edges
     bounds = np.concatenate([[-np.inf], edges, [np.inf]])
     low, high = bounds[comm.rank], bounds[comm.rank + 1]
     want = p.take((x >= low) & (x < high))
@@ -69,7 +65,7 @@ def test_migration_keeps_every_bit_and_gives_each_part_its_own(name):
 @pytest.mark.mpi(min_size=1)
 def test_particles_at_home_are_not_even_copied():
     comm = MPI.COMM_WORLD
-    cut = even(comm.size)
+    cut = cut_at(*even(comm.size))
     p = everyone()
     dealt = np.random.default_rng(2).integers(0, comm.size, p.n)
     once = migrate(comm, p.take(dealt == comm.rank), cut)
@@ -79,7 +75,7 @@ def test_particles_at_home_are_not_even_copied():
 @pytest.mark.mpi(min_size=2)
 def test_stayers_keep_their_places_before_those_who_come():
     comm = MPI.COMM_WORLD
-    cut = even(comm.size)
+    cut = cut_at(*even(comm.size))
     p = everyone()
     home = owners(cut, p.r, p.z)
     astray = np.where(p.id < 20, (home + 1) % comm.size, home)
@@ -98,8 +94,8 @@ def test_stayers_keep_their_places_before_those_who_come():
 def test_migration_from_one_rank_and_of_nothing():
     comm = MPI.COMM_WORLD
     p = everyone() if comm.rank == comm.size - 1 else Particles.zeros(0)
-    got = migrate(comm, p, even(comm.size))
-    none = migrate(comm, Particles.zeros(0), even(comm.size))
+    got = migrate(comm, p, cut_at(*even(comm.size)))
+    none = migrate(comm, Particles.zeros(0), cut_at(*even(comm.size)))
     counts = comm.allgather(got.n)
     assert sum(counts) == 500
     assert min(counts) > 0

@@ -52,7 +52,7 @@ def test_runs_on_parts_of_a_communicator_side_by_side(mpi_tmp_path):
         (),
         ("scheme.eos=tillotson", "bodies.0.material=al-6061-t6",
          "bodies.1.material=al-6061-t6", "output.history_every=7"),
-        ("scheme.smoothing=classic", "parallel.cut=zr", "scheme.self_term=false"),
+        ("scheme.smoothing=classic", "parallel.cut=r", "scheme.self_term=false"),
         ("time.step=fixed", "time.dt=4ns", "scheme.heat.enabled=false"),
         ("scheme.smoothing=fixed", "scheme.strength=none", "parallel.cut=z"),
         ("scheme.p_min={value=-1e9, mode='zero'}", "scheme.viscosity.form=printed"),

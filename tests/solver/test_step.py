@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from launch import CASES
 from mpi4py import MPI
-from oracles import agree
+from oracles import agree, cut_at
 from plates import plate_impact, states_at
 from small_runs import MODELS
 
 from mpisph.case import case_from_dict, load_case
 from mpisph.case.discretise import InitialParticles, discretise
 from mpisph.case.initial import complete_particles
-from mpisph.parallel.decomposition import Cut
 from mpisph.parallel.load_balance import PairCost, imbalance, relative_pair_costs
 from mpisph.parallel.redistribution import gather_all
 from mpisph.solver.setup import step_rule
@@ -57,7 +56,7 @@ def assert_equal_on_root(comm, mine, reference):
     [
         ("parallel.cut=auto",),
         ("parallel.cut=z",),
-        ("parallel.cut=zr",),
+        ("parallel.cut=r",),
         ("scheme.self_term=false", "scheme.viscosity.form=printed"),
         # Far beyond the stable step: particles move a spacing and more within one.
         ("time.step=fixed", "time.dt=60 ns"),
@@ -73,7 +72,7 @@ def assert_equal_on_root(comm, mine, reference):
         ),
         MODELS,
     ],
-    ids=["auto", "z", "zr", "printed", "fixed", "first-order", "porous", "models"],
+    ids=["auto", "z", "r", "printed", "fixed", "first-order", "porous", "models"],
 )
 def test_any_number_of_ranks_gives_the_same_bits(overrides):
     comm = MPI.COMM_WORLD
@@ -82,8 +81,8 @@ def test_any_number_of_ranks_gives_the_same_bits(overrides):
     sim = start(case, comm)
     moved = np.array(steps(sim, 150))
     comm.Allreduce(MPI.IN_PLACE, moved)
-    columns = {"z": [1], "zr": range(2, comm.size + 1)}.get(case.parallel.cut)
-    assert comm.size == 1 or columns is None or sim.cut.columns in columns
+    along_r = {"z": {False}, "r": {True}}.get(case.parallel.cut, {False, True})
+    assert {bool(x) for level in sim.cut for x in level.along_r} <= along_r
     # What is compared has gone through migrations and moves of the edges.
     assert comm.size == 1 or moved.min() > 0
     alone = start(case, MPI.COMM_SELF)
@@ -120,7 +119,7 @@ def test_skipping_matter_at_rest_changes_no_bit(eos):
 
 
 @pytest.mark.mpi(min_size=1)
-@pytest.mark.parametrize("cut", ["z", "zr"])
+@pytest.mark.parametrize("cut", ["z", "r"])
 def test_each_rank_makes_its_own_share_of_the_particles(monkeypatch, cut):
     comm = MPI.COMM_WORLD
     made = []
@@ -161,20 +160,14 @@ def test_the_first_state_is_the_same_whoever_made_the_particles():
         assert_equal_on_root(comm, sim.particles, alone.particles)
 
 
-EVERYTHING_TO_THE_LAST = {
-    "z": lambda size: Cut(np.full(size - 1, -1.0), np.empty((size, 0))),
-    "zr": lambda size: Cut(np.empty(0), np.full((1, size - 1), -1.0)),
-}
-
-
 @pytest.mark.mpi(min_size=2)
-@pytest.mark.parametrize("cut", EVERYTHING_TO_THE_LAST)
+@pytest.mark.parametrize("cut", ["z", "r"])
 def test_ranks_without_particles_change_nothing(cut):
     comm = MPI.COMM_WORLD
     case = load_case(SHOT, ("resolution.npr=4", f"parallel.cut={cut}"))
     sim = start(case, comm)
     # All particles go to the last rank, and stay with it.
-    sim.cut = EVERYTHING_TO_THE_LAST[cut](comm.size)
+    sim.cut = cut_at(*[-1.0] * (comm.size - 1), along_r=cut == "r")
     sim.next_migration = 0
     quiet = np.ones(comm.size)
     rebalance(sim, quiet)
@@ -192,7 +185,7 @@ def test_ranks_without_particles_change_nothing(cut):
 
 
 @pytest.mark.mpi(min_size=2)
-@pytest.mark.parametrize("cut", ["auto", "z", "zr"])
+@pytest.mark.parametrize("cut", ["auto", "z", "r"])
 def test_work_is_shared_equally_from_the_start(cut):
     comm = MPI.COMM_WORLD
     case = load_case(SHOT, ("resolution.npr=16", f"parallel.cut={cut}"))

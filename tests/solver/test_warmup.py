@@ -58,14 +58,19 @@ def test_compiled_and_loaded_code_give_the_same_bits(compiled, request):
     assert compiled_files(cache) == before
 
 
+SHOT, SHIELD = "piekutowski-4-1353", "whipple-shield"
+
 SETTINGS = {
-    "default": (),
+    "default": (SHOT,),
     "tillotson": (
+        SHOT,
         "scheme.eos=tillotson",
         "scheme.strength=none",
         "scheme.smoothing=classic",
     ),
-    "fixed": ("time.step=fixed", "time.dt=1 ns", "scheme.self_term=false"),
+    "fixed": (SHOT, "time.step=fixed", "time.dt=1 ns", "scheme.self_term=false"),
+    # Until matter leaves the game.
+    "shield": (SHIELD, "time.end=8 us"),
 }
 
 
@@ -73,9 +78,9 @@ SETTINGS = {
 def short_runs(tmp_path):
     """A command that makes short runs with all kinds of settings."""
     paths = []
-    for name, overrides in SETTINGS.items():
-        short = ("resolution.npr=4", "time.end=30 ns", "output.figures=false")
-        case = load_case(CASES / "piekutowski-4-1353.toml", (*overrides, *short))
+    for name, (base, *overrides) in SETTINGS.items():
+        short = ("time.end=30 ns", "resolution.npr=4", "output.figures=false")
+        case = load_case(CASES / f"{base}.toml", (*short, *overrides))
         paths.append(tmp_path / f"{name}.toml")
         paths[-1].write_text(case.to_toml())
     return MPISPH, "run", *paths, "-o", tmp_path
@@ -90,6 +95,26 @@ def test_a_run_compiles_nothing_that_the_warm_up_has_not(cache, short_runs):
     assert compiled_files(cache) == before
 
 
+def test_ranks_of_a_node_share_the_compiling(cache, short_runs, tmp_path):
+    """They make the same code as one, each function once, and can use it."""
+    shared = tmp_path / "shared"
+    done = launch(
+        2, *short_runs[:3], "-o", tmp_path / "first", MPISPH_CACHE_DIR=str(shared)
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("compiling") == 1
+    names = {path.name for path in shared.rglob("*.nb?")}
+    of_both_forms = {path.name for path in cache.rglob("*.nb?")}
+    assert "sources._carry" in "".join(names)
+    assert names <= of_both_forms
+    again = launch(
+        2, *short_runs[:3], "-o", tmp_path / "again", MPISPH_CACHE_DIR=str(shared)
+    )
+    assert again.returncode == 0, again.stderr
+    assert "compiling" not in again.stderr
+    assert {path.name for path in shared.rglob("*.nb?")} == names
+
+
 def test_damaged_code_is_compiled_again(cache, short_runs):
     """As a full disk leaves it: Numba alone would fail at every start."""
     code = min(cache.rglob("integrator._drift-*.nbc"))
@@ -97,7 +122,7 @@ def test_damaged_code_is_compiled_again(cache, short_runs):
     done = launch(2, *short_runs, MPISPH_CACHE_DIR=str(cache))
     assert done.returncode == 0, done.stderr
     assert done.stderr.count(f"was damaged; removed {code.name}") == 1
-    assert done.stderr.count("compiling") == 1
+    assert done.stderr.count("compiling") == 2  # for either pair form
     assert code.stat().st_size > 100
 
 
@@ -105,7 +130,7 @@ def test_what_is_missing_of_the_forms_asked_for_is_compiled(monkeypatch):
     marked, compiled = {"lee2003"}, []
     monkeypatch.setattr(warmup, "is_compiled", marked.__contains__)
     monkeypatch.setattr(warmup, "mark_compiled", marked.add)
-    monkeypatch.setattr(warmup, "run_tiny_case", compiled.append)
+    monkeypatch.setattr(warmup, "_compile", lambda form, node: compiled.append(form))
     monkeypatch.setattr(warmup, "prune_cache", lambda: None)
     warmup.warm_up(MPI.COMM_SELF, ["lee2003"])
     assert compiled == []

@@ -9,6 +9,7 @@ from oracles import (
     agree,
     bits,
     cloud,
+    cut_at,
     evaluate,
     sent_fields,
     table_of,
@@ -22,7 +23,7 @@ from mpisph.core.particles import (
     RESPONSE,
     VALUE,
 )
-from mpisph.parallel.decomposition import Cut, owners
+from mpisph.parallel.decomposition import owners
 from mpisph.parallel.halo import Halo, bounding_box, boxes, exchange_halo, reach
 from mpisph.physics.response import OF_VALUES, respond_rows
 from mpisph.sph.sources import (
@@ -145,7 +146,7 @@ def test_rates_have_the_same_bits_on_any_number_of_ranks():
     comm = MPI.COMM_WORLD
     whole = cloud(400, 4, h_spread=3.0)
     edges = np.linspace(-4e-3, 5e-3, comm.size + 1)[1:-1]
-    cut = Cut(edges, np.empty((comm.size, 0)))
+    cut = cut_at(*edges)
     want = rates_by_id(evaluate(cloud(400, 4, h_spread=3.0)))
     got = with_parts(owners(cut, whole.r, whole.z), comm, comm.rank)
     wrong = [a for a, rates in got.items() if rates != want[a]]
