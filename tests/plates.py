@@ -7,7 +7,7 @@ from mpisph.case import case_from_dict
 from mpisph.solver.setup import step_rule
 from mpisph.solver.start import start
 from mpisph.solver.step import advance, reduce_state
-from mpisph.sph.timestep import step_to
+from mpisph.sph.timestep import allowed_step, step_to
 
 
 def plate_impact(velocity, thickness, radius, spacing, **scheme):
@@ -43,7 +43,7 @@ def states_at(case, times, comm=MPI.COMM_SELF):
     for time in times:
         while sim.time < time:
             found = reduce_state(sim)
-            dt = step_to(time - sim.time, step_rule(case).allowed(found.limit))
+            dt = step_to(time - sim.time, allowed_step(step_rule(case), found.limit))
             advance(sim, dt, found.rank_boxes)
         yield sim
 

@@ -23,6 +23,7 @@ from mpisph.run.loop import make_step
 from mpisph.solver.setup import step_rule
 from mpisph.solver.state import Simulation
 from mpisph.solver.step import reduce_state
+from mpisph.sph.timestep import allowed_step
 
 WARM_UP_STEPS = 5
 """Steps before the first that is timed: the impact begins, caches fill."""
@@ -82,7 +83,7 @@ def make_steps(sim: Simulation, count: int) -> None:
     rule = step_rule(sim.case)
     for _ in range(count):
         found = reduce_state(sim)
-        make_step(sim, found, rule.allowed(found.limit))
+        make_step(sim, found, allowed_step(rule, found.limit))
 
 
 def time_block(sim: Simulation, steps: int) -> Block:

@@ -20,7 +20,7 @@ from mpisph.solver.setup import step_rule
 from mpisph.solver.start import id_block, start, start_from
 from mpisph.solver.state import Simulation
 from mpisph.solver.step import reduce_state
-from mpisph.sph.timestep import step_to
+from mpisph.sph.timestep import allowed_step, step_to
 
 BLOCK_SPACING = 1e-4
 """Particle spacing of the block [m]."""
@@ -117,7 +117,7 @@ def keep_late_start(case: Case, comm: MPI.Intracomm, time: float, store: Path) -
     rule = step_rule(case)
     while sim.time < time:
         found = reduce_state(sim)
-        make_step(sim, found, step_to(time - sim.time, rule.allowed(found.limit)))
+        make_step(sim, found, step_to(time - sim.time, allowed_step(rule, found.limit)))
     return write_snapshot(
         comm,
         store / key,

@@ -9,7 +9,7 @@ from mpisph.solver.reduction import Reduction
 from mpisph.solver.setup import step_rule
 from mpisph.solver.state import Simulation
 from mpisph.solver.step import advance, rebalance, reduce_state
-from mpisph.sph.timestep import step_to
+from mpisph.sph.timestep import allowed_step, step_to
 
 URGENT = 0.1
 """Imbalance that calls for a look at the load at once: in the first steps, when matter
@@ -46,7 +46,7 @@ def step_to_end(sim: Simulation, output: RunOutput, policy: CheckpointPolicy) ->
             del targets[0]
             if not targets:
                 return
-        allowed = rule.allowed(found.limit)
+        allowed = allowed_step(rule, found.limit)
         sim.first_dt = sim.first_dt or allowed
         _check_step(sim, found, allowed)
         dt = step_to(targets[0] - sim.time, allowed)

@@ -123,14 +123,10 @@ class StepRule(NamedTuple):
     courant: float
     kick: float = 0.5
 
-    def allowed(self, limit: float) -> float:
-        """Return the step for the smallest `limit` [s] among some particles."""
-        return float(allowed_step(self, limit))
-
 
 @jitable
 def allowed_step(rule: StepRule, limit: float) -> float:
-    """Return the same as `StepRule.allowed`."""
+    """Return the step for the smallest `limit` [s] among some particles."""
     return rule.longest if rule.fixed else min(rule.courant * limit, rule.longest)
 
 

@@ -21,6 +21,7 @@ from mpisph.run.state import RunState, restored
 from mpisph.solver.setup import step_rule
 from mpisph.solver.start import start
 from mpisph.solver.step import rebalance, reduce_state
+from mpisph.sph.timestep import allowed_step
 
 PROVENANCE = {"revision": "abc"}
 SETTINGS = ("resolution.npr=4", "output.history_every=3")
@@ -46,7 +47,7 @@ def make_steps(sim, output, count):
     for _ in range(count):
         found = reduce_state(sim)
         output.add_step(sim, found)
-        allowed = rule.allowed(found.limit)
+        allowed = allowed_step(rule, found.limit)
         sim.first_dt = sim.first_dt or allowed
         make_step(sim, found, allowed)
         if sim.step % 10 == 5:

@@ -23,6 +23,7 @@ from mpisph.diagnostics.cloud import measure_cloud
 from mpisph.run.loop import make_step
 from mpisph.solver.start import start
 from mpisph.solver.step import reduce_state
+from mpisph.sph.timestep import allowed_step
 
 TOLERANCE = 1e-8
 NPR, END = 6, 2e-6
@@ -135,7 +136,7 @@ def measured(name):
     sim = start(case, MPI.COMM_SELF)
     while sim.time < END:
         found = reduce_state(sim)
-        make_step(sim, found, min(sim.rule.allowed(found.limit), END - sim.time))
+        make_step(sim, found, min(allowed_step(sim.rule, found.limit), END - sim.time))
     series = reduce_state(sim).series
     cloud = measure_cloud(MPI.COMM_SELF, sim.particles, sim.cloud)
     return {

@@ -11,6 +11,7 @@ from mpisph.diagnostics.stability import STABLE
 from mpisph.parallel.redistribution import gather_all
 from mpisph.solver.start import restore, start
 from mpisph.solver.step import RETIRE_EVERY, advance, rebalance, reduce_state
+from mpisph.sph.timestep import allowed_step
 
 
 def shield(**tables):
@@ -30,7 +31,7 @@ def steps(sim, count, balance_every=3):
     """Make steps, exchanging owners often."""
     for _ in range(count):
         found = reduce_state(sim)
-        advance(sim, sim.rule.allowed(found.limit), found.rank_boxes)
+        advance(sim, allowed_step(sim.rule, found.limit), found.rank_boxes)
         if sim.step % balance_every == 0:
             rebalance(sim, found.work)
 

@@ -19,6 +19,7 @@ from mpisph.solver.setup import step_rule
 from mpisph.solver.start import start, start_from
 from mpisph.solver.step import SORT_EVERY, advance, rebalance, reduce_state
 from mpisph.sph.neighbours import cell_keys
+from mpisph.sph.timestep import allowed_step
 from mpisph.verify.solids import ring_body, round_section, solid_case
 
 SHOT = CASES / "piekutowski-4-1353.toml"
@@ -29,7 +30,7 @@ def steps(sim, count, balance_every=3):
     moved_edges = moved_particles = 0
     for _ in range(count):
         found = reduce_state(sim)
-        advance(sim, step_rule(sim.case).allowed(found.limit), found.rank_boxes)
+        advance(sim, allowed_step(step_rule(sim.case), found.limit), found.rank_boxes)
         if sim.step % balance_every == 0:
             cut, owned = sim.cut, set(sim.particles.id.tolist())
             rebalance(sim, found.work)
@@ -175,7 +176,7 @@ def test_ranks_without_particles_change_nothing(cut):
     assert owned == [0] * (comm.size - 1) + [sim.n_total]
     for _ in range(5):
         found = reduce_state(sim)
-        advance(sim, step_rule(sim.case).allowed(found.limit), found.rank_boxes)
+        advance(sim, allowed_step(step_rule(sim.case), found.limit), found.rank_boxes)
     alone = start(case, MPI.COMM_SELF)
     steps(alone, 5, balance_every=10)
     assert_equal_on_root(comm, sim.particles, alone.particles)
