@@ -618,7 +618,7 @@ def cut_at(*edges, along_r=False):
         for first, end in groups:
             halves.append(len(below))
             middle = (first + end) // 2
-            at.append(edges[middle - 1] if middle > first else np.inf)
+            at.append(edges[middle - 1] if middle > first else np.nan)
             below += [(first, middle), (middle, end)][middle == first :]
         cut.append(Level(np.full(len(at), along_r), np.array(at), np.array(halves)))
         groups = below

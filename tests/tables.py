@@ -8,6 +8,14 @@ GAS_GAMMA, GAS_HEAT = 1.4, 717.5
 RHO0, C0, SLOPE, GAMMA, HEAT = 2703.0, 5240.0, 1.40, 1.97, 885.0
 
 
+SOLID_CARD = """
+rho0 = "2703 kg/m3"
+eos = "table"
+strength = "none"
+table = { file = "solid.csv" }
+"""
+
+
 def ideal_gas():
     """An ideal gas of constant heat capacity; five densities and temperatures."""
     density = np.array([1e-3, 0.1, 1.0, 3.0, 20.0])

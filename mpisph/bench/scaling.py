@@ -21,6 +21,7 @@ from mpisph.parallel.decomposition import Cut, CutMode, equal_work_cut, owners
 from mpisph.parallel.halo import NOTHING, boxes, hull, partners_of, reach, select
 from mpisph.parallel.load_balance import work_of
 from mpisph.solver.estimate import PAIR_TIME, PARTICLE_TIME, STEP_TIME
+from mpisph.solver.setup import neighbours_inside
 from mpisph.sph.sources import EXCHANGED
 
 GHOST_BYTES = 8 * len(EXCHANGED)
@@ -91,14 +92,11 @@ class Scaling(NamedTuple):
 
     Attributes
     ----------
-    mode : {"auto", "z", "r"}
-        Direction of the cuts.
     counts : PartCounts
     efficiency : float
         Time of one part alone over the time of the slowest part, over their number.
     """
 
-    mode: CutMode
     counts: PartCounts
     efficiency: float
 
@@ -135,8 +133,7 @@ def initial_layout(case: Case, neighbours: FloatArray | None = None) -> Particle
     initial = discretise(case) if case.initial is None else read_initial(case)
     kappa = case.scheme.kappa
     if neighbours is None:
-        inside = round(math.pi * (kappa * case.smoothing_length / case.spacing) ** 2)
-        neighbours = np.full(initial.id.size, float(inside))
+        neighbours = np.full(initial.id.size, float(neighbours_inside(case)))
     return ParticleLayout(initial.r, initial.z, reach(initial.h, kappa), neighbours)
 
 
@@ -205,7 +202,10 @@ def predict_scaling(
     slowest = float(step_times(counts, costs).max())
     pairs = costs.interaction * neighbours.sum()
     serial = pairs + costs.particle * r.size + costs.step
-    return Scaling(mode, counts, float(serial / (parts * slowest)))
+    return Scaling(counts, float(serial / (parts * slowest)))
+
+
+_WAYS: dict[CutMode, str] = {"z": "along z", "auto": "along z or r"}
 
 
 def scaling_table(
@@ -227,20 +227,16 @@ def scaling_table(
         "| parts | cut | own particles | ghosts | messages | kB | efficiency |",
         "|---|---|---|---|---|---|---|",
     ]
-    modes: tuple[CutMode, ...] = ("z", "auto")
     for number in parts:
-        for mode in modes:
+        for mode in _WAYS:
             found = predict_scaling(layout, number, mode, costs)
-            lines.append(_row(number, found))
+            lines.append(_row(number, _WAYS[mode], found))
     return lines
 
 
-_WAYS = {"z": "along z", "r": "along r", "auto": "along z or r"}
-
-
-def _row(parts: int, found: Scaling) -> str:
+def _row(parts: int, way: str, found: Scaling) -> str:
     counts = found.counts
     columns = (counts.own, counts.ghosts, counts.messages, counts.bytes / 1e3)
     cells = [f"{column.max():.0f} ({column.mean():.0f})" for column in columns]
     counted = " | ".join(cells)
-    return f"| {parts} | {_WAYS[found.mode]} | {counted} | {found.efficiency:.0%} |"
+    return f"| {parts} | {way} | {counted} | {found.efficiency:.0%} |"

@@ -260,7 +260,7 @@ class Parallel(FrozenModel):
     """How the particles are shared among the ranks."""
 
     cut: Literal["auto", "z", "r"] = "auto"
-    """Slabs along z alone, or divided along r as well; by default what is faster."""
+    """Into slabs along z, columns along r, or by default where each cut costs least."""
     rebalance_every: Count = 5
     """Steps between two looks at the load."""
     imbalance_threshold: NonNegativeRatio = 0.05

@@ -43,7 +43,7 @@ class Level(NamedTuple):
     along_r : ndarray of bool
         Whether a group is cut along r; else along z.
     edges : ndarray
-        Where [m]; a particle on an edge lies above it. Infinite for a single part.
+        Where [m]; a particle on an edge lies above it. NaN for a single part.
     halves : ndarray of int64
         Which group of the next level is the lower half; the upper one follows it.
     """
@@ -105,7 +105,7 @@ def equal_work_cut(
     ----------
     comm : MPI.Intracomm
     r, z : ndarray, shape (n,)
-        Positions of the owned particles [m].
+        Positions of the owned particles, finite [m].
     reach : ndarray, shape (n,)
         How far each reaches (see `halo.reach`) [m].
     work : ndarray, shape (n,)
@@ -129,12 +129,14 @@ def equal_work_cut(
             costs[kept, np.arange(kept.size)] *= 1.0 - SWITCH_GAIN
         if mode == "auto":
             along_r = costs[1] < costs[0]
+            if number < len(current):
+                along_r |= current[number].along_r & (costs[1] == costs[0])
         else:
             along_r = np.full(below.size, mode == "r")
         divided = below > 0
         halves = np.concatenate([[0], np.cumsum(1 + divided)[:-1]])
         chosen = np.where(along_r, edges[1], edges[0])
-        level = Level(along_r, np.where(divided, chosen, np.inf), halves)
+        level = Level(along_r, np.where(divided, chosen, np.nan), halves)
         group = _divided(level, group, r, z)
         cut.append(level)
     return tuple(cut)

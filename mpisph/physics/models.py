@@ -96,7 +96,8 @@ def choose(kind: str, equation: str, models: Mapping[str, Model]) -> Equation:
         return functions[getattr(mat, kind)](x, k, mat, *more)
 
     # Compiled functions cannot be taken from a list, so this is written out. Its name
-    # is its own: Numba tells functions of a module apart by it.
+    # is its own: Numba tells functions of a module apart by it. And of a module it must
+    # be, or what is compiled cannot be kept.
     name = f"{kind}_{equation}"
     first, second, _, *more = inspect.signature(functions[0]).parameters
     given = ", ".join((first, second, "mat", *more))

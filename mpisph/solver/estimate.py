@@ -13,6 +13,7 @@ from mpisph.core.memory import total_memory
 from mpisph.core.particles import INTEGRATED, LABELS, VALUES
 from mpisph.core.words import counted
 from mpisph.parallel.collectives import raise_together
+from mpisph.solver.setup import neighbours_inside
 from mpisph.sph.pair_records import RECORD_FIELDS
 from mpisph.sph.sources import EXCHANGED
 from mpisph.sph.timestep import VISCOUS_SHARE
@@ -23,7 +24,7 @@ behind the shock. Measured on the four shots: 0.80 to 0.87."""
 
 RANK_BYTES = 2.0e8
 """Memory of a rank before its first particle: the interpreter, its libraries and the
-compiled code (measured). Compiling takes half as much again."""
+compiled code (measured). Compiling takes 3.6e8."""
 
 PARTICLE_BYTES = 8.0 * (
     len(LABELS) + len(VALUES) + len(INTEGRATED) + 3 * len(EXCHANGED) + RECORD_FIELDS
@@ -107,7 +108,7 @@ def estimate(case: Case, ranks: int) -> Estimate:
     """
     own = case.initial
     n = particle_count(case.bodies, case.spacing) if own is None else own.count
-    neighbours = math.pi * (case.scheme.kappa * case.resolution.nph) ** 2
+    neighbours = neighbours_inside(case)
     steps = math.ceil(case.end_time / _typical_step(case))
     work = n * (neighbours * PAIR_TIME + PARTICLE_TIME)
     return Estimate(

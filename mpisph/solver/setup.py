@@ -45,6 +45,12 @@ def make_scheme(case: Case) -> SchemeConstants:
     )
 
 
+def neighbours_inside(case: Case) -> int:
+    """Return how many neighbours a particle inside a body has at the start."""
+    reach = case.scheme.kappa * case.smoothing_length / case.spacing
+    return round(math.pi * reach**2)
+
+
 def make_simulation(
     case: Case,
     comm: MPI.Intracomm,

@@ -19,7 +19,11 @@ from mpisph.parallel.load_balance import PairCost, work_of
 from mpisph.parallel.migration import migrate
 from mpisph.parallel.redistribution import block_starts
 from mpisph.physics.response import OF_VALUES, respond_rows
-from mpisph.solver.setup import initial_scales, make_simulation
+from mpisph.solver.setup import (
+    initial_scales,
+    make_simulation,
+    neighbours_inside,
+)
 from mpisph.solver.state import Simulation
 from mpisph.solver.step import add_retired, evaluate_rates, rebalance, reduce_state
 from mpisph.sph.gradient import UNITY
@@ -190,9 +194,9 @@ def restore(
 
 
 def _first_cut(case: Case, comm: MPI.Intracomm, share: InitialParticles) -> Cut:
-    """Return a cut into parts of equally many particles."""
+    """Return a cut into parts of equally many particles, all taken as inside."""
     half = reach(share.h, case.scheme.kappa)
-    equal = np.ones(share.id.size)
+    equal = work_of(np.full(share.id.size, float(neighbours_inside(case))))
     return equal_work_cut(
         comm, share.r, share.z, half, equal, comm.size, case.parallel.cut
     )

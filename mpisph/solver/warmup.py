@@ -21,7 +21,10 @@ from mpisph.core.particles import Particles
 from mpisph.diagnostics.condition import measure_condition
 from mpisph.diagnostics.probes import note_peaks, read_probes
 from mpisph.diagnostics.series import Scales, local_parts
+from mpisph.parallel.collectives import caught, raise_together
+from mpisph.physics.eos.table import Tabulated, tabulated
 from mpisph.physics.isentrope import fill_isentrope
+from mpisph.physics.models import record_type
 from mpisph.physics.response import OF_VALUES, respond_rows
 from mpisph.solver.setup import make_simulation
 from mpisph.solver.start import start
@@ -65,7 +68,7 @@ def warm_up(comm: MPI.Intracomm, forms: Collection[str] = PAIR_FORMS) -> None:
     missing = [form for form, found in zip(forms, at_hand, strict=True) if not found]
     if not missing:
         return
-    node = comm.Split_type(MPI.COMM_TYPE_SHARED, key=comm.rank)
+    node = MPI.Intracomm(comm.Split_type(MPI.COMM_TYPE_SHARED, key=comm.rank))
     turn = 0 if node.bcast(comm.rank) == 0 else 1
     for now in range(2):
         if now == turn:
@@ -78,16 +81,18 @@ def warm_up(comm: MPI.Intracomm, forms: Collection[str] = PAIR_FORMS) -> None:
         prune_cache()
 
 
-def _compile(form: str, node: MPI.Comm) -> None:
+def _compile(form: str, node: MPI.Intracomm) -> None:
     """Compile all that a run with a pair form calls; collective over a node."""
-    with rarely_collected():
+
+    def share() -> None:
         for part in PARTS[node.rank :: node.size]:
             part(_empty_simulation(form))
-        node.Barrier()
-        for turn in (True, False):
-            if turn == (node.rank == 0):
-                run_tiny_case(form)
-            node.Barrier()
+
+    with rarely_collected():
+        raise_together(node, caught(share))
+        for mine in (node.rank == 0, node.rank > 0):
+            rest = caught(lambda: run_tiny_case(form)) if mine else None
+            raise_together(node, rest)
 
 
 def _compile_response(sim: Simulation) -> None:
@@ -109,7 +114,8 @@ def _compile_rates(sim: Simulation) -> None:
 
 
 PARTS = (_compile_response, _compile_rates, _compile_reduction)
-"""What takes longest to compile; on two ranks one makes the first and the last."""
+"""What takes longest to compile, apart from each other; on two ranks one makes the
+first and the last."""
 
 
 def _empty_simulation(form: str) -> Simulation:
@@ -147,3 +153,4 @@ def run_tiny_case(form: str) -> None:
     local_parts(p, sim.cloud, sim.sum_bounds)
     measure_condition(sim.comm, p, len(case.bodies), sim.scales)
     fill_isentrope(sim.table[0], 300.0)
+    tabulated(1.0, 0.0, np.zeros(1, record_type(Tabulated))[0])

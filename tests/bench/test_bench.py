@@ -107,7 +107,7 @@ def test_the_record_is_the_same_once_written_and_read(record):
 def test_start_up_is_that_of_a_program_under_the_same_number_of_ranks(tmp_path):
     path = tmp_path / "bench.json"
     only = ("--only", "start-up", "--repeats", "1")
-    # Not compiled: a cold start would take half a minute.
+    # Not compiled: a cold start would take 20 s.
     slow = {"NUMBA_DISABLE_JIT": "1"}
     done = launch(2, MPISPH, "bench", SHOT, *only, "-o", path, **slow)
     assert done.returncode == 0, done.stderr

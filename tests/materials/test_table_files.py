@@ -150,19 +150,11 @@ def test_what_cannot_be_read_is_refused(tmp_path, kind):
         read_table(path)
 
 
-SOLID_CARD = """
-rho0 = "2703 kg/m3"
-eos = "table"
-strength = "none"
-table = { file = "solid.csv" }
-"""
-
-
 @pytest.fixture
 def folder(tmp_path, data):
     """A folder with a card and its table; the case's plate is of it."""
     (tmp_path / "cards").mkdir()
-    (tmp_path / "cards/solid.toml").write_text(SOLID_CARD)
+    (tmp_path / "cards/solid.toml").write_text(tables.SOLID_CARD)
     text = tables.as_csv(tables.mie_grueneisen())
     (tmp_path / "cards/solid.csv").write_text(text)
     data["bodies"][1]["material"] = "cards/solid.toml"
@@ -219,7 +211,7 @@ def test_another_table_may_be_named_for_a_case_that_holds_one(folder, data):
 
 def test_a_reference_density_that_is_not_the_tables_is_warned_of(folder, data):
     assert find_warnings(case_from_dict(data, folder)) == []
-    (folder / "cards/solid.toml").write_text(SOLID_CARD.replace("2703", "2730"))
+    (folder / "cards/solid.toml").write_text(tables.SOLID_CARD.replace("2703", "2730"))
     (text,) = find_warnings(case_from_dict(data, folder))
     assert text.startswith("bodies.wall.material: solid has a pressure of 7.")
     assert "is that the density of the table?" in text
@@ -227,7 +219,7 @@ def test_a_reference_density_that_is_not_the_tables_is_warned_of(folder, data):
 
 def test_a_table_of_a_gas_makes_a_gas(folder, data):
     (folder / "cards/solid.csv").write_text(tables.as_csv(GAS))
-    card = SOLID_CARD.replace("2703", "1.2")
+    card = tables.SOLID_CARD.replace("2703", "1.2")
     (folder / "cards/solid.toml").write_text(card)
     case = case_from_dict(data, folder)
     assert case.material_table[1].gas

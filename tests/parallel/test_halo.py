@@ -6,6 +6,7 @@ from mpi4py import MPI
 from oracles import agree, approx, bits, cloud, predicted_fields
 
 from mpisph.core.particles import INTEGRATED, Particles
+from mpisph.parallel.decomposition import equal_work_cut, owners
 from mpisph.parallel.halo import (
     NOTHING,
     Halo,
@@ -35,12 +36,10 @@ def by_columns(comm, r, z):
     return np.searchsorted(np.linspace(0.0, 12e-3, comm.size + 1)[1:-1], r)
 
 
-def by_slabs_and_columns(comm, r, z):
-    """Two slabs, and the rest along r; ranks that do not divide stay empty."""
-    columns = max(comm.size // 2, 1)
-    edges = np.linspace(0.0, 12e-3, columns + 1)[1:-1]
-    slab = (z > 0.0) & (comm.size > 1)
-    return slab * columns + np.searchsorted(edges, r)
+def by_halves(comm, r, z):
+    """As a run would cut them."""
+    reach = np.full(z.size, 1e-3)
+    return owners(equal_work_cut(comm, r, z, reach, np.ones(z.size), comm.size), r, z)
 
 
 def by_chance(comm, r, z):
@@ -55,7 +54,7 @@ OWNERS = {
     "slabs": by_slabs,
     "thin slabs": by_thin_slabs,
     "columns": by_columns,
-    "slabs and columns": by_slabs_and_columns,
+    "halves": by_halves,
     "by chance": by_chance,
     "empty ranks": on_two_ranks_only,
 }

@@ -1,48 +1,68 @@
 """Compiled code: the same bits whether just compiled or loaded from the cache."""
 
+import json
 import os
-import subprocess
 import sys
 
 import pytest
-from launch import CASES, MPISPH, environment, launch
+import tables
+from launch import CASES, MPISPH, launch
 from mpi4py import MPI
 
 from mpisph.case import load_case
+from mpisph.case.sections import PAIR_FORMS
 from mpisph.solver import warmup
 
 pytestmark = pytest.mark.slow
 
 DIGEST = """
 import hashlib
+import json
+import sys
 from mpi4py import MPI
+from numba.core import event
 from mpisph.solver.warmup import warm_up
 from plates import plate_impact, states_at
-warm_up(MPI.COMM_SELF)
+
+class Names(event.Listener):
+    # Functions compiled for Python; what they call is compiled within.
+    def on_start(self, found):
+        if not any(open_):
+            names.append(found.data["dispatcher"].__qualname__)
+        open_.append(True)
+    def on_end(self, found):
+        open_.pop()
+
+names, open_ = [], []
+event.register("numba:compile", Names())
+warm_up(MPI.COMM_WORLD, sys.argv[1:])
+of_warm_up = list(names)
 case = plate_impact(3e3, 1e-3, 2e-3, 1e-4)
 (sim,) = states_at(case, (5e-8,))
-print(hashlib.sha256(sim.particles.values.tobytes()).hexdigest())
+digest = hashlib.sha256(sim.particles.values.tobytes()).hexdigest()
+everyone = MPI.COMM_WORLD.gather((of_warm_up, digest))
+if everyone:
+    print(json.dumps(everyone))
 """
 
 
-def digest(cache, tests):
-    """The digest of a state, from a process that compiles what is not in a cache."""
-    done = subprocess.run(
-        [sys.executable, "-c", DIGEST],
-        env=environment(MPISPH_CACHE_DIR=str(cache), PYTHONPATH=str(tests)),
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=300,
-    )
-    return done.stdout
+def digests(cache, tests, ranks=1, forms=PAIR_FORMS):
+    """What each rank compiles that is not in a cache, and the digests of a state."""
+    done = launch(
+        ranks, sys.executable, "-c", DIGEST, *forms, timeout=300,
+        MPISPH_CACHE_DIR=str(cache), PYTHONPATH=str(tests),
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    names, found = zip(*json.loads(done.stdout), strict=True)
+    return list(names), set(found)
 
 
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory, request):
     """A cache folder that was warmed up, and a digest from the process that did it."""
     folder = tmp_path_factory.mktemp("cache")
-    return folder, digest(folder, request.path.parents[1])
+    _, found = digests(folder, request.path.parents[1])
+    return folder, found
 
 
 @pytest.fixture
@@ -54,7 +74,10 @@ def test_compiled_and_loaded_code_give_the_same_bits(compiled, request):
     cache, expected = compiled
     before = compiled_files(cache)
     assert before, "something was cached"
-    assert digest(cache, request.path.parents[1]) == expected
+    names, found = digests(cache, request.path.parents[1])
+    assert found == expected
+    assert len(expected) == 1
+    assert names == [[]]
     assert compiled_files(cache) == before
 
 
@@ -69,6 +92,7 @@ SETTINGS = {
         "scheme.smoothing=classic",
     ),
     "fixed": (SHOT, "time.step=fixed", "time.dt=1 ns", "scheme.self_term=false"),
+    "table": (SHOT, "bodies.plate.material={folder}/solid.toml"),
     # Until matter leaves the game.
     "shield": (SHIELD, "time.end=8 us"),
 }
@@ -77,8 +101,11 @@ SETTINGS = {
 @pytest.fixture
 def short_runs(tmp_path):
     """A command that makes short runs with all kinds of settings."""
+    (tmp_path / "solid.toml").write_text(tables.SOLID_CARD)
+    (tmp_path / "solid.csv").write_text(tables.as_csv(tables.mie_grueneisen()))
     paths = []
-    for name, (base, *overrides) in SETTINGS.items():
+    for name, (base, *settings) in SETTINGS.items():
+        overrides = [setting.format(folder=tmp_path) for setting in settings]
         short = ("time.end=30 ns", "resolution.npr=4", "output.figures=false")
         case = load_case(CASES / f"{base}.toml", (*short, *overrides))
         paths.append(tmp_path / f"{name}.toml")
@@ -95,24 +122,18 @@ def test_a_run_compiles_nothing_that_the_warm_up_has_not(cache, short_runs):
     assert compiled_files(cache) == before
 
 
-def test_ranks_of_a_node_share_the_compiling(cache, short_runs, tmp_path):
-    """They make the same code as one, each function once, and can use it."""
-    shared = tmp_path / "shared"
-    done = launch(
-        2, *short_runs[:3], "-o", tmp_path / "first", MPISPH_CACHE_DIR=str(shared)
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stderr.count("compiling") == 1
-    names = {path.name for path in shared.rglob("*.nb?")}
-    of_both_forms = {path.name for path in cache.rglob("*.nb?")}
-    assert "sources._carry" in "".join(names)
-    assert names <= of_both_forms
-    again = launch(
-        2, *short_runs[:3], "-o", tmp_path / "again", MPISPH_CACHE_DIR=str(shared)
-    )
-    assert again.returncode == 0, again.stderr
-    assert "compiling" not in again.stderr
-    assert {path.name for path in shared.rglob("*.nb?")} == names
+def test_ranks_of_a_node_share_the_compiling(compiled, request, tmp_path):
+    """No function is compiled by both, and both compute what one rank does."""
+    tests = request.path.parents[1]
+    names, found = digests(tmp_path, tests, 2, ["consistent"])
+    assert found == compiled[1]
+    one, other = map(set, names)
+    assert not one & other
+    assert {"respond_rows", "_update_rates"} <= one | other
+    assert len({"respond_rows", "_update_rates"} & one) == 1
+    again, found = digests(tmp_path, tests, 2, ["consistent"])
+    assert again == [[], []]
+    assert found == compiled[1]
 
 
 def test_damaged_code_is_compiled_again(cache, short_runs):
