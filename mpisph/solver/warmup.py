@@ -8,7 +8,7 @@ each function is loaded when it is first called.
 """
 
 import gc
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -16,7 +16,7 @@ from mpi4py import MPI
 
 from mpisph.case import case_from_dict
 from mpisph.case.sections import PAIR_FORMS
-from mpisph.core.jit import is_compiled, mark_compiled, prune_cache
+from mpisph.core.jit import CACHE_FOLDER, is_compiled, mark_compiled, prune_cache
 from mpisph.core.particles import Particles
 from mpisph.diagnostics.condition import measure_condition
 from mpisph.diagnostics.probes import note_peaks, read_probes
@@ -89,10 +89,18 @@ def _compile(form: str, node: MPI.Intracomm) -> None:
             part(_empty_simulation(form))
 
     with rarely_collected():
-        raise_together(node, caught(share))
+        raise_together(node, _compiled(share))
         for mine in (node.rank == 0, node.rank > 0):
-            rest = caught(lambda: run_tiny_case(form)) if mine else None
+            rest = _compiled(lambda: run_tiny_case(form)) if mine else None
             raise_together(node, rest)
+
+
+def _compiled(action: Callable[[], object]) -> Exception | None:
+    """Do what compiles; return the error it met. Numba does not say on which disk."""
+    error = caught(action)
+    if isinstance(error, OSError) and error.filename is None:
+        return OSError(error.errno, error.strerror, str(CACHE_FOLDER))
+    return error
 
 
 def _compile_response(sim: Simulation) -> None:

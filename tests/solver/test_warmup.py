@@ -1,5 +1,6 @@
 """Compiled code: the same bits whether just compiled or loaded from the cache."""
 
+import errno
 import json
 import os
 import sys
@@ -8,9 +9,12 @@ import pytest
 import tables
 from launch import CASES, MPISPH, launch
 from mpi4py import MPI
+from oracles import agree
 
 from mpisph.case import load_case
 from mpisph.case.sections import PAIR_FORMS
+from mpisph.core.errors import CollectiveError
+from mpisph.core.jit import CACHE_FOLDER
 from mpisph.solver import warmup
 
 pytestmark = pytest.mark.slow
@@ -159,6 +163,27 @@ def test_what_is_missing_of_the_forms_asked_for_is_compiled(monkeypatch):
     assert compiled == ["consistent"]
     warmup.warm_up(MPI.COMM_SELF)
     assert compiled == ["consistent"]
+
+
+@pytest.mark.mpi(min_size=1)
+def test_a_rank_that_cannot_compile_ends_it_for_all(monkeypatch):
+    """With the place: Numba's own error names no file."""
+    comm = MPI.COMM_WORLD
+
+    def full(sim):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(warmup, "is_compiled", lambda form: False)
+    monkeypatch.setattr(warmup, "PARTS", [lambda sim: None] * (comm.size - 1) + [full])
+    problems = []
+    try:
+        warmup.warm_up(comm, ["consistent"])
+    except CollectiveError as error:
+        if f"No space left on device: {CACHE_FOLDER}" not in str(error):
+            problems.append(error)
+    else:
+        problems.append("no error")
+    agree(comm, problems)
 
 
 def compiled_files(folder):
