@@ -228,9 +228,9 @@ def scaling_table(
         "|---|---|---|---|---|---|---|",
     ]
     for number in parts:
-        for mode in _WAYS:
+        for mode, way in _WAYS.items():
             found = predict_scaling(layout, number, mode, costs)
-            lines.append(_row(number, _WAYS[mode], found))
+            lines.append(_row(number, way, found))
     return lines
 
 

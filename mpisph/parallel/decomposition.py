@@ -117,22 +117,17 @@ def equal_work_cut(
         Whose directions are kept unless the others save `SWITCH_GAIN`.
     """
     group, cut = np.zeros(z.size, np.int64), []
+    ways = {"auto": (0, 1), "z": (0,), "r": (1,)}[mode]
     for number, (below, size) in enumerate(_halvings(parts)):
-        edges, costs = np.empty((2, below.size)), np.empty((2, below.size))
-        for way, x in enumerate((z, r)):
+        edges, costs = np.full((2, 2, below.size), np.inf)
+        for way in ways:
+            x = (z, r)[way]
             edges[way], lost = _bisect(comm, x, work, group, below / size)
             near = (np.abs(x - edges[way][group]) < 2.0 * reach).astype(np.float64)
             ghosts = _sums(comm, group, near, below.size)
             costs[way] = GHOST_WORK * ghosts + lost
-        if number < len(current):
-            kept = current[number].along_r.astype(np.int64)
-            costs[kept, np.arange(kept.size)] *= 1.0 - SWITCH_GAIN
-        if mode == "auto":
-            along_r = costs[1] < costs[0]
-            if number < len(current):
-                along_r |= current[number].along_r & (costs[1] == costs[0])
-        else:
-            along_r = np.full(below.size, mode == "r")
+        kept = current[number].along_r if number < len(current) else None
+        along_r = _is_along_r(costs, kept)
         divided = below > 0
         halves = np.concatenate([[0], np.cumsum(1 + divided)[:-1]])
         chosen = np.where(along_r, edges[1], edges[0])
@@ -140,6 +135,18 @@ def equal_work_cut(
         group = _divided(level, group, r, z)
         cut.append(level)
     return tuple(cut)
+
+
+def _is_along_r(
+    costs: FloatArray, kept: npt.NDArray[np.bool_] | None
+) -> npt.NDArray[np.bool_]:
+    """Say which groups to cut along r, for cuts along z and r cost so much."""
+    along_z, along_r = costs
+    if kept is None:
+        return np.asarray(along_r < along_z)
+    enough = 1.0 - SWITCH_GAIN
+    leaves_z, keeps_r = along_r < enough * along_z, along_z >= enough * along_r
+    return np.asarray(np.where(kept, keeps_r, leaves_z))
 
 
 def _halvings(parts: int) -> Iterator[tuple[IntArray, IntArray]]:

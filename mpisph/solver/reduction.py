@@ -180,9 +180,7 @@ def _agree(records: Records) -> Any:
             for column in range(CHUNKS):
                 sums[row, column] += mine.sums[row, column]
         for row in range(maxima.size):
-            maximum = mine.maxima[row]
-            if maximum > maxima[row] or np.isnan(maximum):
-                maxima[row] = maximum
+            maxima[row] = np.maximum(maxima[row], mine.maxima[row])
     relative = relative_pair_costs(pair_costs)
     agreed = (
         records[first].limit,

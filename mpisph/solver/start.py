@@ -18,14 +18,15 @@ from mpisph.parallel.halo import reach
 from mpisph.parallel.load_balance import PairCost, work_of
 from mpisph.parallel.migration import migrate
 from mpisph.parallel.redistribution import block_starts
-from mpisph.physics.response import OF_VALUES, respond_rows
-from mpisph.solver.setup import (
-    initial_scales,
-    make_simulation,
-    neighbours_inside,
-)
+from mpisph.solver.setup import initial_scales, make_simulation, neighbours_inside
 from mpisph.solver.state import Simulation
-from mpisph.solver.step import add_retired, evaluate_rates, rebalance, reduce_state
+from mpisph.solver.step import (
+    add_retired,
+    evaluate_rates,
+    rebalance,
+    reduce_state,
+    respond_to_state,
+)
 from mpisph.sph.gradient import UNITY
 from mpisph.sph.timestep import StepRule
 
@@ -103,11 +104,7 @@ def start_from(
     sim = make_simulation(case, comm, particles, n_total, cut, scales)
     sim.time = time
     sim.particles.correction[:] = np.array(UNITY)[:, None]
-    p = sim.particles
-    respond_rows(
-        p.id, p.material, p.values, OF_VALUES,
-        sim.table, sim.scheme.sound_speed_floor, 0.0,
-    )  # fmt: skip
+    respond_to_state(sim, 0.0)
     rank_boxes = reduce_state(sim, NO_STEP).rank_boxes
     # Rates need the divergence and the correction of their own time: these come first.
     for _ in range(2):

@@ -149,13 +149,19 @@ def advance(sim: Simulation, dt: float, rank_boxes: FloatArray) -> None:
     with sim.timers.measure("stepping"):
         kick(p, after)
     with sim.timers.measure("materials"):
-        respond_rows(
-            p.id, p.material, p.values, OF_VALUES,
-            sim.table, sim.scheme.sound_speed_floor, dt,
-        )  # fmt: skip
+        respond_to_state(sim, dt)
     sim.time += dt
     sim.step += 1
     sim.dt = dt
+
+
+def respond_to_state(sim: Simulation, dt: float) -> None:
+    """Set the response of the owned particles, `dt` [s] after the last (R7-R20)."""
+    p = sim.particles
+    respond_rows(
+        p.id, p.material, p.values, OF_VALUES,
+        sim.table, sim.scheme.sound_speed_floor, dt,
+    )  # fmt: skip
 
 
 def _retire(sim: Simulation, dt: float) -> Particles:

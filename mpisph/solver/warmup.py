@@ -14,7 +14,7 @@ from contextlib import contextmanager
 import numpy as np
 from mpi4py import MPI
 
-from mpisph.case import case_from_dict
+from mpisph.case import Case, case_from_dict
 from mpisph.case.sections import PAIR_FORMS
 from mpisph.core.jit import CACHE_FOLDER, is_compiled, mark_compiled, prune_cache
 from mpisph.core.particles import Particles
@@ -25,11 +25,10 @@ from mpisph.parallel.collectives import caught, raise_together
 from mpisph.physics.eos.table import Tabulated, tabulated
 from mpisph.physics.isentrope import fill_isentrope
 from mpisph.physics.models import record_type
-from mpisph.physics.response import OF_VALUES, respond_rows
 from mpisph.solver.setup import make_simulation
 from mpisph.solver.start import start
 from mpisph.solver.state import Simulation
-from mpisph.solver.step import advance, rebalance, reduce_state
+from mpisph.solver.step import advance, rebalance, reduce_state, respond_to_state
 from mpisph.sph.pair_records import RECORD_FIELDS
 from mpisph.sph.rates import update_rates
 from mpisph.sph.sources import AHEAD, EXCHANGED, ROW, sort_fields
@@ -85,8 +84,9 @@ def _compile(form: str, node: MPI.Intracomm) -> None:
     """Compile all that a run with a pair form calls; collective over a node."""
 
     def share() -> None:
+        sim = _empty_simulation(form)
         for part in PARTS[node.rank :: node.size]:
-            part(_empty_simulation(form))
+            part(sim)
 
     with rarely_collected():
         raise_together(node, _compiled(share))
@@ -104,12 +104,7 @@ def _compiled(action: Callable[[], object]) -> Exception | None:
 
 
 def _compile_response(sim: Simulation) -> None:
-    p = sim.particles
-    respond_rows(p.id, p.material, p.values, OF_VALUES, sim.table, 0.0, 0.0)
-
-
-def _compile_reduction(sim: Simulation) -> None:
-    reduce_state(sim)
+    respond_to_state(sim, 0.0)
 
 
 def _compile_rates(sim: Simulation) -> None:
@@ -121,16 +116,19 @@ def _compile_rates(sim: Simulation) -> None:
     )  # fmt: skip
 
 
-PARTS = (_compile_response, _compile_rates, _compile_reduction)
+PARTS = (_compile_response, _compile_rates, reduce_state)
 """What takes longest to compile, apart from each other; on two ranks one makes the
 first and the last."""
 
 
 def _empty_simulation(form: str) -> Simulation:
     """Return a simulation without particles on this rank alone."""
-    case = case_from_dict({**TINY, "scheme": {"pair_form": form}})
-    nothing, whole = Particles.zeros(0), ()
-    return make_simulation(case, MPI.COMM_SELF, nothing, 0, whole, Scales(1.0, 1.0))
+    nothing, whole, scales = Particles.zeros(0), (), Scales(1.0, 1.0)
+    return make_simulation(_tiny_case(form), MPI.COMM_SELF, nothing, 0, whole, scales)
+
+
+def _tiny_case(form: str) -> Case:
+    return case_from_dict({**TINY, "scheme": {"pair_form": form}})
 
 
 @contextmanager
@@ -149,7 +147,7 @@ def rarely_collected() -> Iterator[None]:
 
 def run_tiny_case(form: str) -> None:
     """Make two steps of a tiny case on this rank alone, and measure its matter."""
-    case = case_from_dict({**TINY, "scheme": {"pair_form": form}})
+    case = _tiny_case(form)
     sim = start(case, MPI.COMM_SELF)
     for _ in range(2):
         found = reduce_state(sim)
